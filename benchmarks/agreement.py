@@ -15,9 +15,9 @@ from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.studies.case import COMPARED
 from warmlink.orchestration.studies.compare import Comparison, plan_on, run_comparison
-from warmlink.orchestration.studies.joined import tried
+from warmlink.orchestration.studies.joined import differences_from_fmus
 from warmlink.orchestration.studies.processes import LocalWorkers
-from warmlink.orchestration.studies.session import Means, open_study
+from warmlink.orchestration.studies.session import RunOptions, open_study
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ def agreement(
         If there is none of a name.
     """
     plan = plan_on(controllers=controllers, duty_cycles=duties, mismatches=mismatches)
-    with open_study(plan.runs, Means(jobs=jobs)) as work:
-        told = tried(plan.runs, work.fmus, remark)
+    with open_study(plan.runs, RunOptions(jobs=jobs)) as work:
+        told = differences_from_fmus(plan.runs, work.fmus, remark)
         with progress_bar("joined") as progress:
             joined = run_comparison(plan.cases, work.workers, progress)
         with LocalWorkers(replace(work.fmus, rollouts={}), jobs) as workers, progress_bar("FMUs") as progress:

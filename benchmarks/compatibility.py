@@ -11,7 +11,6 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib import metadata
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,6 +19,8 @@ import typer
 from benchmarks.command import start
 from benchmarks.hosts import HOSTS, Job
 from benchmarks.masters import Case, Row, timed
+from benchmarks.public_files import seen as public_files
+from benchmarks.public_page import files_section, version
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging import release
 from warmlink.orchestration.console import answer
@@ -64,14 +65,6 @@ class Seen:
     file: str
     started: str
     outcome: str
-
-
-def version(package: str) -> str | None:
-    """Version of an installed distribution; None where it is not installed."""
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return None
 
 
 def agreement(value: float, ours: float) -> str:
@@ -246,7 +239,7 @@ OPERATING_SYSTEMS = {"Linux": "Linux", "Windows": "Windows", "Darwin": "macOS"}
 """Their names, by what Python calls them."""
 
 
-def page(rows: Sequence[Seen]) -> str:
+def page(rows: Sequence[Seen], others: Sequence[str] = ()) -> str:
     """Text of the page, in Markdown."""
     versions = {"warmlink": release.version(), **{package: version(package) for package in OUTSIDE}}
     found = ", ".join(f"{package} {number}" for package, number in versions.items() if number)
@@ -266,19 +259,24 @@ def page(rows: Sequence[Seen]) -> str:
         "| tool | file | started by | what came of it |",
         "|---|---|---|---|",
     ]
-    return "\n".join([*lines, *(f"| {r.tool} | {r.file} | {r.started} | {r.outcome} |" for r in rows)]) + "\n"
+    told = [f"| {r.tool} | {r.file} | {r.started} | {r.outcome} |" for r in rows]
+    return "\n".join([*lines, *told, *others]) + "\n"
 
 
 def main(
     dist: Annotated[Path, typer.Argument(help="What `warmlink build` wrote.")] = Path("dist"),
     out: Annotated[Path, typer.Option(help="The page to write.")] = Path("docs/compatibility.md"),
+    files: Annotated[Path | None, typer.Option(help="Folder of other people's FMUs and SSPs.")] = None,
 ) -> None:
-    """Let the tools that are installed at a build, and write down what came of it."""
-    rows = []
+    """Let the tools that are installed at a build, run other people's files, and write what came of it."""
+    rows, found = [], []
     for row in seen(dist):
         answer(f"{row.tool:26}{row.file:28}{row.outcome}")
         rows.append(row)
-    out.write_text(page(rows), encoding="utf-8")
+    for each in public_files([files]) if files else ():
+        answer(f"{each.outcome:28}{each.file}  {' '.join(each.said.split())[:200]}")
+        found.append(each)
+    out.write_text(page(rows, files_section(found, files) if files else ()), encoding="utf-8")
 
 
 if __name__ == "__main__":

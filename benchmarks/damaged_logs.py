@@ -97,19 +97,19 @@ def dropout(log: Log, random: np.random.Generator) -> None:
 
 
 def fast_clock(log: Log, random: np.random.Generator) -> None:
-    """The thermometers' logger runs 2 % fast: its rows come too late in the common table."""
+    """The readings' logger runs 2 % fast: what it saw comes ever later in the common table."""
     _by_other_clock(log, 0.0, 0.02)
 
 
 def late_clock(log: Log, random: np.random.Generator) -> None:
-    """The thermometers' logger is 90 s late."""
+    """The readings' logger is 90 s late."""
     _by_other_clock(log, 90.0, 0.0)
 
 
 def _by_other_clock(log: Log, late: float, drift: float) -> None:
     time = log["time [s]"].to_numpy()
     for name in READ:
-        log[name] = np.interp(time * (1 + drift) - late, time, log[name].to_numpy())
+        log[name] = np.interp(time / (1 + drift) - late, time, log[name].to_numpy())
 
 
 def swapped(log: Log, random: np.random.Generator) -> None:

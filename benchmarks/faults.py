@@ -15,7 +15,7 @@ from benchmarks.command import positive_share, start
 from benchmarks.fault_kinds import UNTOLD, Kind, kinds
 from benchmarks.law_trials import mismatched
 from benchmarks.rollout import demand_table, library
-from benchmarks.told import STEP, Rig, Told, bare_cell, truth
+from benchmarks.told import DUTY, STEP, Rig, Told, bare_cell, truth
 from warmlink.controllers.design.regression import SENSORS
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.learning.learnt import learn
@@ -130,13 +130,15 @@ def _kinds() -> Mapping[str, Kind]:
 
 
 @cache
-def learnt_values(law: str, plant: int) -> Mapping[str, float]:
+def learnt_values(law: str, plant: int, sensors: tuple[str, ...] = SENSORS) -> Mapping[str, float]:
     """Parameter set of a law that was learnt from a log of a plant, by scalar."""
     told, draw = truth_of(TRAINING, plant), np.random.default_rng([plant, 45])
     growth = told["elongation"] + 5e-7 * draw.normal(size=len(told.rows))
     seconds = np.arange(len(told.rows)) * np.float64(STEP)
     temperature = np.column_stack([told[name] for name in SENSED])
-    found = learn([Log(TRAINING, seconds, temperature, np.where(seconds % 60 == 0, growth, np.nan))], SENSORS)
+    measured = np.where(seconds % 60 == 0, growth, np.nan)
+    log = Log(TRAINING, seconds, temperature, measured, {name: told[name] for name in DUTY})
+    found = learn([log], sensors)
     return by_scalar(found.values if law == "regression" else taught(law, found, STEP))
 
 

@@ -171,14 +171,15 @@ def _outcome(kind: str, found: Discovery, diagnosis: Diagnosis) -> str:
 def _ratio(kind: str, found: Discovery, diagnosis: Diagnosis, values: dict[str, float]) -> float | None:
     """Held-out error of the best member over that of the true form with its true numbers as a start."""
     law = LAWS[kind]
-    if found.foretold is None or found.foretold.held_out is None:
+    ours = found.foretold[0].held_out if found.foretold else None
+    if ours is None:
         return None
     form = next(each for each in FORMS if each.about == law.about).at(law.into)
     shape = tuple(values[each.name] for each in form.shapes)
     chosen = Chosen((Candidate(form, law.into, shape),), (1.0,), (1.0,))
     model = fitted(diagnosis.assessment, chosen)
     true = foretold(model, diagnosis.experiment, diagnosis.scores, diagnosis.assessment.fitter.wander)
-    return None if true.held_out is None else found.foretold.held_out.in_noise / true.held_out.in_noise
+    return None if true.held_out is None else ours.in_noise / true.held_out.in_noise
 
 
 def bench(count: int, sound: int, seed: int) -> Iterator[TermTrial]:

@@ -45,7 +45,7 @@ folder = Path(mkdtemp())
 (folder / "my_law.py").write_text(LAW)
 (folder / "study.toml").write_text(STUDY)
 
-tuned = wl.tune(folder / "study.toml", trials=6, means=wl.Means(jobs=1))
+tuned = wl.tune(folder / "study.toml", trials=6, options=wl.RunOptions(jobs=1))
 print(tuned)
 
 assert tuned.best is not None

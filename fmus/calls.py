@@ -201,5 +201,5 @@ def _leaves(value: Any) -> list[Any]:
 
 
 def _is_graph(value: Any) -> bool:
-    """Whether a value is an expression of which the functions that it calls stay apart."""
+    """Whether a value is an expression (MX) in which function calls stay calls."""
     return type(value).__name__ == "MX"

@@ -98,7 +98,7 @@ def controllers() -> dict[str, Component]:
 
 
 def controller(name: str) -> Component:
-    """Controller by its name; InputError if there is none of that name."""
+    """Controller by its name; InputError if no controller has that name."""
     if name not in controllers():
         raise InputError(f"{name}: no such controller; {instead(name, controllers())}")
     return controllers()[name]

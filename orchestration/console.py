@@ -88,7 +88,7 @@ def remark_once(text: str) -> None:
 
 
 def interrupted(fault: KeyboardInterrupt, told: str = "there are no results") -> SystemExit:
-    """Say that Ctrl-C or SIGTERM came, and what of it; give what ends the process."""
+    """Say that Ctrl-C or SIGTERM came and what happens now; give the exception that ends the process."""
     remark(f"interrupted; {told}")
     return SystemExit(TERMINATED if isinstance(fault, Terminated) else INTERRUPTED)
 

@@ -32,6 +32,7 @@ _CAPABILITIES = {
     "directional_derivatives": "give directional derivatives",
     "interpolate_inputs": "take input derivatives",
     "intermediate_update": "take inputs within a step",
+    "event_mode": "handle events between steps",
 }
 
 SHOWN = ("input", "parameter", "structuralParameter", "output")

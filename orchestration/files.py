@@ -17,6 +17,7 @@ from typing import Any, BinaryIO
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.files import TEMPORARY, WRITING, hold, let_go, lock, sweep, unlock, whole_file
+from warmlink.fmus.safe_text import printable
 
 WRITTEN = ".written-"
 """How the names of folders begin whose files are whole, and are about to take their places."""
@@ -121,6 +122,12 @@ def write_all(file: BinaryIO, data: bytes) -> None:
     rest = memoryview(data)
     while rest:
         rest = rest[file.write(rest) :]
+
+
+def with_hash(path: str | Path) -> str:
+    """A file's name and the SHA-256 of what it holds, in short, as texts tell what numbers were made from."""
+    mark = hashlib.sha256(Path(path).read_bytes()).hexdigest()[:16]
+    return f"{printable(Path(path).name)} (SHA-256 {mark})"
 
 
 def stamped(facts: Mapping[str, Any]) -> bytes:

@@ -133,7 +133,7 @@ def _lines(what: str) -> Iterator[Progress]:
 
 
 _under_way: Progress | None = None
-"""What is shown already, of which everything that is begun meanwhile is a part."""
+"""The bar that is shown; whatever begins meanwhile counts as a part of it."""
 
 
 @contextmanager

@@ -78,7 +78,7 @@ def _reference(reading: Number, p: Record) -> Number:
 
 
 def _left_warm(reading: Number, u: Record, p: Record) -> Number:
-    """1 where the first reading is no cold link's, so that nobody knows how much it has grown; else 0."""
+    """1 if the link was warm at the first reading, so that its growth until then is unknown; else 0."""
     beyond = truth(absolute(reading - u.ambient_temperature) > p.largest_leap)
     return where(p.reference_temperature > 0, 0.0, beyond)
 

@@ -25,7 +25,7 @@ PHASES = ((3.43, 2.5, 7200.0), (0.0, 0.0, 3600.0))
 """Speed in rad/s, torque in N.m and duration in s of what the shipped regression is taught by."""
 
 SENSORS = ("base_temperature", "tip_temperature")
-"""What a law goes by if nobody says otherwise."""
+"""Thermometers that a law uses by default."""
 
 MEMORY_TIME = 600.0
 """s; shorter than any mode that matters, so that the law goes by the readings rather than by its memory."""
@@ -90,7 +90,7 @@ def _per_kelvin(rises: Array, growth: Array) -> float:
 
 
 def second_moments(rises: Array) -> Array:
-    """Second moments in K2 of rises in K, shape (n, 5); of a temperature that nobody read, 1 K2 by itself."""
+    """Second moments in K2 of rises in K, shape (n, 5); 1 K2 for a temperature that was not read."""
     still = np.ptp(rises, axis=0) == 0.0
     rises = np.where(still, 0.0, rises)
     moments = rises.T @ rises / rises.shape[0]

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from warmlink.controllers.export.c_helpers import comment
 from warmlink.controllers.export.c_text import C
 from warmlink.controllers.export.core import Core
+from warmlink.controllers.export.lines import wrapped
 from warmlink.controllers.export.program.statements import Routine, Slot
-from warmlink.controllers.export.texts import filled, listed
+from warmlink.controllers.export.texts import filled, listed, parameters
 from warmlink.controllers.export.vectors import SAMPLES
 
 ALLOWED = {"double": 1e-12, "single": 0.05e-6}
@@ -35,7 +36,7 @@ def printer(core: Core) -> C:
 
 
 def _origin(core: Core) -> str:
-    return "\n".join(f"   {each}" for each in core.origin())
+    return "\n".join(line for each in core.origin() for line in wrapped(f"   {each}", "     "))
 
 
 def header(core: Core) -> str:
@@ -223,5 +224,5 @@ def readme(core: Core, measured: str = "") -> str:
         measured=measured,
         inputs=listed(made.inputs),
         outputs=listed(made.outputs),
-        parameters=listed([slot for slot in made.design if slot.about and not slot.whole], values=True),
+        parameters=parameters(core),
     )

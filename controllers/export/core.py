@@ -34,7 +34,7 @@ class Core:
     component: Component
     name: str
     precision: Precision
-    source_of_design: str = "the one that ships"
+    source_of_design: str = "the one that ships, designed for WarmupCell as it ships"
 
     @property
     def design(self) -> Number:
@@ -66,14 +66,19 @@ class Core:
         """Whether the law can go on from what it retained of a run before."""
         return bool(self.program.recall)
 
-    def origin(self) -> list[str]:
-        """Sentences that say which warmlink made it, of which design."""
+    @property
+    def mark(self) -> str:
+        """SHA-256 of the values of its parameters, in short."""
         values = self.component.start_values()[0].tolist()
         told = "\n".join(f"{n}={v!r}" for n, v in zip(self.component.p.names, values, strict=True))
-        mark = hashlib.sha256(f"{self.component.name}\n{told}".encode()).hexdigest()[:16]
+        return hashlib.sha256(f"{self.component.name}\n{told}".encode()).hexdigest()[:16]
+
+    def origin(self) -> list[str]:
+        """Sentences that say which warmlink made it, of which design."""
         return [
             f"Written by warmlink {version()} for {self.component.name} in {self.precision} precision.",
-            f"Design: {in_comment(self.source_of_design)}; its values have the SHA-256 {mark}.",
+            f"Design: {in_comment(self.source_of_design)}.",
+            f"The values of its parameters have the SHA-256 {self.mark}.",
         ]
 
     def operations(self) -> int:

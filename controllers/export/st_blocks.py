@@ -169,7 +169,8 @@ def _body(core: Core, printer: StructuredText) -> list[str]:
 def structured_text(core: Core) -> str:
     """The law's types, functions and function blocks as text."""
     made = blocks(core)
-    about = (f"  {each}" for each in (f"{core.description}.", *core.origin()))
+    told = (f"{core.description}.", *core.origin())
+    about = (line for each in told for line in wrapped(f"  {each}", "    "))
     lines = ["(*", *about, "*)", "", "TYPE"]
     lines += [f"  {name} : ARRAY [0..{size - 1}] OF {of};" for name, size, of in made.arrays]
     name, fields = made.state

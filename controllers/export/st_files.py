@@ -5,7 +5,7 @@ from __future__ import annotations
 from warmlink.controllers.export.core import Core
 from warmlink.controllers.export.plcopen import plcopen_xml
 from warmlink.controllers.export.st_blocks import structured_text
-from warmlink.controllers.export.texts import filled, listed
+from warmlink.controllers.export.texts import filled, listed, parameters
 
 _RESTART = """
 ## After the controller was off
@@ -39,5 +39,5 @@ def _readme(core: Core) -> str:
         constants=sum(slot.size for slot in made.design),
         states=sum(slot.size for slot in made.states),
         operations=core.operations(),
-        parameters=listed([slot for slot in made.design if slot.about and not slot.whole], values=True),
+        parameters=parameters(core),
     )

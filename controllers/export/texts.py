@@ -6,7 +6,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from string import Template
 
-from warmlink.controllers.export.core import Core
+import numpy as np
+
+from warmlink.controllers.export.core import Core, in_comment
+from warmlink.controllers.export.program.program import RECALLED
 from warmlink.controllers.export.program.statements import Slot
 
 
@@ -22,16 +25,29 @@ def filled(core: Core, template: str, **more: object) -> str:
     )
 
 
-def listed(slots: Iterable[Slot], values: bool = False) -> str:
+def listed(slots: Iterable[Slot]) -> str:
     """A table of variables."""
     rows = ["| name | unit | what it is |", "|---|---|---|"]
-    if values:
-        rows = ["| name | value | unit | what it is |", "|---|---|---|---|"]
     for slot in slots:
         name = f"`{slot.name}[{slot.size}]`" if slot.shape else f"`{slot.name}`"
-        told = ""
-        if values:
-            first = ", ".join(f"{float(each):g}" for each in slot.values[:6])
-            told = f" {first}{', ...' if slot.size > 6 else ''} |"
-        rows.append(f"| {name} |{told} {slot.unit} | {slot.about} |")
+        rows.append(f"| {name} | {slot.unit} | {slot.about} |")
     return "\n".join(rows)
+
+
+def parameters(core: Core) -> str:
+    """A table of the law's parameters, with their values and units."""
+    rows = ["| name | value | unit | what it is |", "|---|---|---|---|"]
+    component = core.component
+    values = component.p.values(component.start_values()[0])
+    for each in component.parameters:
+        if each.name in RECALLED:
+            continue
+        given = np.atleast_1d(np.asarray(values[each.name], dtype=float))
+        first = ", ".join(f"{value:g}" for value in given[:_MOST])
+        more = f", ... ({given.size})" if given.size > _MOST else ""
+        rows.append(f"| `{each.name}` | {first}{more} | {each.unit} | {in_comment(each.description)} |")
+    return "\n".join(rows)
+
+
+_MOST = 6
+"""Elements of a parameter that are shown."""

@@ -45,6 +45,7 @@ class LearntMap:
     noise : of each thermometer in K, shape (len(SENSED),)
     examples : rows that were learnt from
     model : the run of a plant's model that the line was drawn towards, if there was one
+    logs : what was learnt from
     """
 
     line: GrowthLine
@@ -56,6 +57,7 @@ class LearntMap:
     noise: Array
     examples: Examples
     model: TrainingRun | None = None
+    logs: tuple[Log, ...] = ()
 
     @cached_property
     def coefficients(self) -> Array:
@@ -163,7 +165,8 @@ def learn(
             for i in range(len(SENSED))
         ]
     )
-    return LearntMap(learner.line(rows, ridge), tuple(used), ridge, held, near, far, noise, rows, model)
+    line = learner.line(rows, ridge)
+    return LearntMap(line, tuple(used), ridge, held, near, far, noise, rows, model, tuple(logs))
 
 
 def _worth_it(rows: Examples, measured: Sequence[int], model: TrainingRun | None) -> list[int]:

@@ -13,6 +13,7 @@ import numpy as np
 from warmlink.controllers.design.gains import Unknown, design_controller
 from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.interface import SENSED
+from warmlink.controllers.learning.duty import duty_std
 from warmlink.controllers.learning.learnt import LearntMap
 from warmlink.controllers.start_values import Values
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
@@ -25,6 +26,9 @@ MODEL_SHARE, RECEIVED_SHARE = 1.0, 0.2
 
 EXPANSION, OFFSET = 0.01, 1e-6
 """Share of the growth, and growth in m, by which what a log taught may be off: a camera shows them."""
+
+UNTOLD = 5e-6
+"""m; how far growth by duty alone is taken to be off where no log holds the duty."""
 
 SMOOTHING_TIME = 15.0
 """s; as of the regression."""
@@ -54,7 +58,7 @@ def taught(
     values = dict(design.parameters)
     rows = np.array(values["sensor_rows"]).reshape(len(SENSED), -1)
     by_all = float(learnt.coefficients.sum())
-    return {
+    found = {
         **values,
         "elongation_row": (learnt.coefficients @ rows).tolist(),
         "elongation_per_kelvin": by_all,
@@ -68,3 +72,5 @@ def taught(
         "learnt": 1.0,
         "relative_std": 0.0,
     }
+    off = duty_std(learnt.logs, found)
+    return {**found, "duty_std": UNTOLD if off is None else off}

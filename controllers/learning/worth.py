@@ -17,7 +17,7 @@ from warmlink.controllers.learning.logs import BLOCKS, Examples, Log
 Array = NDArray[np.float64]
 
 MINUTES = (10.0, 20.0, 30.0, 45.0, 60.0, 90.0, 120.0, 180.0, 240.0, 360.0, 480.0)
-"""Lengths of log of which it is said how well a law does that is learnt from them."""
+"""Lengths of log for which the error of a law learnt from them is reported."""
 
 JUDGED = 1 / 3
 """Share of the logs, at their end, by which this is judged."""

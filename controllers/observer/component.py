@@ -15,6 +15,8 @@ from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 
 _MODES = model.MODES
 
+_DUTY = "how far a log showed growth by duty and surroundings alone to be off (1 sigma)"
+
 
 def _of_modes(name: str, unit: str, description: str, nominal: float | None = None, **more: Any) -> Parameter:
     """A number for each mode."""
@@ -67,6 +69,7 @@ def _parameters(disturbances: int) -> tuple[Parameter, ...]:
             minimum=0,
             nominal=0.01,
         ),
+        length("duty_std", 0, _DUTY, minimum=0),
         Parameter(
             "learnt",
             "1",

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe, smoothing
-from warmlink.controllers.interface import SQUARE_MICROMETRE, sensed
+from warmlink.controllers.interface import SIGMAS, SQUARE_MICROMETRE, sensed
 from warmlink.controllers.kalman import variance_along
 from warmlink.controllers.observer import offset, retained, witnesses
 from warmlink.controllers.observer.contradiction import Examined, examined, reconciled
@@ -102,7 +102,7 @@ def begun(u: Record, p: Record, size: int, grown: Callable[[Number, Record], Num
         "plausible_heat": 0.0,
         "correction": recalled.correction,
         "elongation": growth,
-        "smoothed": smoothing.begun(growth),
+        "smoothed": smoothing.begun(grown(filters.quiet.mean, p)),
         "distrusted": fail_safe.distrusted(trust, readings, p),
     }
 
@@ -187,6 +187,9 @@ def settled(
     learnt : elongation in m that the camera adds to it
     """
     what, duty = sample.what, sample.duty
+    # Thermometers are smoothed before bounds are set: a bound that opens for a hot cell makes no overshoot.
+    smoothed = smoothing.smoothed(x.smoothed, where(what.wild > 0, x.smoothed[0], estimate), p, step)
+    estimate = smoothing.on_time(smoothed)
     sensors = compared(x, what.expected, sample.readings, sample.trust, duty, p, step)
     verdict = witnesses.heard(x, filters, estimate, what.duty_modes, sensors, p, step, camera)
     borne_out = clip(estimate, verdict.lower, verdict.upper)
@@ -194,8 +197,6 @@ def settled(
     more = minimum(absolute(learnt), 0.4 * p.tolerance)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
     wanted = where(what.wild > 0, x.correction, wanted)
-    smoothed = smoothing.smoothed(x.smoothed, wanted, p, step)
-    wanted = smoothing.on_time(smoothed)
     # After a start the correction has a long way to go; later no bound that comes or goes makes it leap.
     reach = where(x.waited < witnesses.WARM_TIME, p.correction_limit, STEADY * p.tolerance * step)
     wanted = x.elongation + clip(wanted - x.elongation, -reach, reach)
@@ -266,7 +267,8 @@ def _unseen(x: Record, mean: Number, p: Record) -> Number:
 
     What heat makes beyond the model counts as far as thermometers contradict the model, which they do on a
     machine of other structure. Of what the surroundings make no thermometer tells: that counts in full, as it
-    does of a law that was learnt from a log, where offsets do not.
+    does of a law that was learnt from a log. Where such a log showed that duty alone is off, so far an offset
+    of thermometers is none.
     """
     measured = temperatures(mean[:MODES], p)
     around = x.believed_ambient - p.mean_temperature
@@ -275,5 +277,5 @@ def _unseen(x: Record, mean: Number, p: Record) -> Number:
         for each in (measured - x.believed_ambient, around, measured - p.mean_temperature)
     )
     other = where(p.learnt > 0, learnt, offset.contradicted(x) * by_heat + by_room)
-    off = (1.0 - p.learnt) * (p.elongation_per_kelvin * x.unexplained) ** 2
-    return SQUARE_MICROMETRE * other + off + (p.relative_std * x.elongation) ** 2
+    off = maximum(p.elongation_per_kelvin * x.unexplained - SIGMAS * p.duty_std, 0.0)
+    return SQUARE_MICROMETRE * other + off**2 + (p.relative_std * x.elongation) ** 2

@@ -8,6 +8,7 @@ README.md has the equations and the reasons.
 
 from typing import NamedTuple
 
+from warmlink.controllers.interface import SIGMAS
 from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import MODES, SENSORS, WINDING, BelievedDuty, elongation
 from warmlink.controllers.observer.readings import Compared, Shape, cools, extremes, shape_of
@@ -51,8 +52,8 @@ WARM_TIME = 240.0
 """s after a start in which readings may show that the cell was left warm: later it warms itself."""
 
 MARGIN, LEARNT_MARGIN = 0.5, 2.0
-"""Tolerances by which a witness may be off, and how many more if a log taught the growth: then thermometers
-know better than the model, which may be of another structure."""
+"""Tolerances by which a witness may be off, and how many more at most if a log showed that the duty's is:
+then thermometers know better than the model, which may be of another structure."""
 
 DUTY_SHARE, UNSURE_SHARE, SENSED_SHARE = 0.6, 0.25, 0.25
 """Share by which the elongation may exceed what the duty tells, the same while a thermometer is left out or
@@ -192,7 +193,7 @@ def _weighed(
     told = by_duty + where(x.known_for < KNOWN_TIME, shown, 0.0) * (estimate - by_duty)
 
     # Heat that no input tells of is believed where it looks like heat: from the shaft outwards.
-    margin = (MARGIN + LEARNT_MARGIN * p.learnt) * p.tolerance
+    margin = MARGIN * p.tolerance + minimum(SIGMAS * p.duty_std, LEARNT_MARGIN * p.tolerance)
     only_one = truth(total(used) < 1.5)
     heat = known * maximum(only_one, where(count > 1.5, shape.falls, 0.0))
     unsure = total(sensors.there - sensors.trusted) + 1.0 - known

@@ -1,6 +1,6 @@
 """The regression as a component."""
 
-from warmlink.controllers import fail_safe, smoothing
+from warmlink.controllers import fail_safe, leaps, smoothing
 from warmlink.controllers.interface import SENSED, compensator, length
 from warmlink.controllers.matrices import least_pivot, packed_size, symmetric
 from warmlink.controllers.regression import law
@@ -46,6 +46,7 @@ COMPONENT = compensator(
         State("estimate", "K", size=law.SENSORS),
         State("spread", "1", size=packed_size(law.SENSORS)),
         *fail_safe.trust_states("K", len(SENSED)),
+        *leaps.STATES,
         smoothing.STATE,
         *(State(name, "m") for name in ("correction", "elongation")),
         *(State(name, "1") for name in ("distrusted", "wild")),

@@ -10,7 +10,7 @@ G. A. F. Seber and A. J. Lee, *Linear Regression Analysis*, 2nd ed., Wiley 2003,
 
 from typing import NamedTuple
 
-from warmlink.controllers import fail_safe, smoothing
+from warmlink.controllers import fail_safe, leaps, smoothing
 from warmlink.controllers.interface import SENSED, SQUARE_MICROMETRE, sensed
 from warmlink.controllers.kalman import CrossCovariance, carried_over, gain_of, variance_along
 from warmlink.controllers.matrices import diagonal, dot, outer, symmetric, upper
@@ -36,22 +36,27 @@ def begin(u: Record, p: Record) -> Values:
     belief = Estimate(stack(*[0.0] * SENSORS), p.moments)
     readings = sensed(u)
     belief, trust = sense(belief, fail_safe.at_start(readings), readings, fail_safe.present(readings), p, 0.0)
-    growth = grown(belief, p)
-    smoothed = smoothing.begun(growth)
-    return {**_named(belief, trust, 0.0, smoothed, readings, p), "wild": 0.0, "waited": 0.0}
+    some = fail_safe.in_use(trust, fail_safe.present(readings), p)
+    smoothed = smoothing.begun(where(some > 0, grown(belief, p), 0.0))
+    states = _named(belief, trust, 0.0, smoothed, readings, p)
+    return {**states, **leaps.none(readings), "wild": 0.0, "waited": 0.0}
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample."""
     readings = sensed(u)
-    news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
+    before = fail_safe.trust_of(x)
+    news, trust = fail_safe.fresh(before, readings, p, step)
     belief, trust = sense(_later(x.estimate, x.spread, p, step), trust, readings, news, p, step)
     sound, belief = _tamed(belief, p)
-    growth = where(sound > 0, grown(belief, p), x.smoothed[0])
+    # Where no thermometer tells anything, the mean of what was learnt is no news.
+    known = sound * fail_safe.in_use(trust, fail_safe.present(readings), p)
+    growth = where(known > 0, grown(belief, p), x.smoothed[0])
     smoothed = smoothing.smoothed(x.smoothed, growth, p, step)
-    wanted = where(sound > 0, smoothing.on_time(smoothed), x.correction)
+    wanted = where(known > 0, smoothing.on_time(smoothed), x.correction)
     correction = fail_safe.limited(x.correction, wanted, p, step)
-    later = {**_named(belief, trust, correction, smoothed, readings, p), "wild": 1.0 - sound}
+    states = _named(belief, trust, correction, smoothed, readings, p)
+    later = {**states, **leaps.later(x, readings, before, p, step), "wild": 1.0 - sound}
     waited = fail_safe.waited_on(x.waited, readings, p, step)
     again = fail_safe.begins_again(x.waited, x.trust_last, readings, p, step)
     kept = {"correction": correction, "waited": waited}
@@ -88,7 +93,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """
     variance = variance_along(x.spread, p.coefficients) + p.residual_std**2
     variance = variance + SQUARE_MICROMETRE * variance_along(p.coefficient_spread, x.estimate)
-    doubt = maximum(x.distrusted, x.wild)
+    doubt = maximum(maximum(x.distrusted, leaps.leapt(x)), x.wild)
     reported = fail_safe.reported(x, variance**0.5, p, doubt)
     return reported | {"warning": maximum(reported["warning"], x.wild)}
 

@@ -8,4 +8,4 @@ import warmlink as wl
 
 laws = ["lag", "regression", "observer"]
 duties = ["stop_and_go", "windshield_wiper", "heavy_payload"]
-figure = wl.plot(wl.compare(laws, duties, ["thermal_high", "noisy_sensors"], means=wl.Means(jobs=1)))
+figure = wl.plot(wl.compare(laws, duties, ["thermal_high", "noisy_sensors"], options=wl.RunOptions(jobs=1)))

@@ -11,12 +11,12 @@ import warmlink as wl
 
 sticks = "shaft: a * speed * step(b - speed); a = 3; b = 1.5 rad/s"
 first = wl.hide(terms=sticks, seed=1)
-found = wl.diagnose(first, discover=True)
+found = wl.diagnose(first)
 print(found.summary())
 
 found.write("first")
 second = wl.hide(terms=sticks, duty="first/next_experiment.toml", seed=2)
-both = wl.diagnose(first, second, discover=True)
+both = wl.diagnose(first, second)
 print(both.summary())
 both.write("both")  # extended.ssp has the equation as an FMU
 

@@ -70,7 +70,7 @@ def dependencies(
 def _by_unknown(
     unknowns: Sequence[str], expression: casadi.SX, known: Sequence[str], symbols: Sequence[casadi.SX]
 ) -> dict[str, tuple[str, ...]]:
-    """For each element of an expression the names of what it depends on, in the order of `known`."""
+    """Names of the variables that each element of an expression depends on, in the order of `known`."""
     import casadi
 
     pattern = casadi.jacobian_sparsity(casadi.SX(expression), casadi.vertcat(*symbols))
@@ -97,7 +97,7 @@ def stepping_order(direct: Sequence[set[int]], every: Sequence[set[int]]) -> tup
 
 
 def _sampling_order(parts: Mapping[str, Component], wires: Mapping[str, str]) -> list[str]:
-    """Instances that sample, in the order of data flow, be it through parts that have no memory."""
+    """Instances that sample, in the order of data flow, also through parts without memory."""
     sources: dict[str, set[str]] = {key: set() for key in parts}
     for target, source in wires.items():
         sources[target.rpartition(".")[0]].add(source.rpartition(".")[0])

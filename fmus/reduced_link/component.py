@@ -19,6 +19,8 @@ _OF_THE_SHAPE = (
     "tip_position",
     "sensor_position",
     "conductivity_temperature_coefficient",
+    "specific_heat_temperature_coefficient",
+    "expansion_temperature_coefficient",
 )
 """Parameters of ThermalLink that are fixed once a shape is reduced, or in which its heat is not linear."""
 

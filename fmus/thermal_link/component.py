@@ -1,7 +1,8 @@
 """The thermal link as a component."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache, partial
+from typing import Any
 
 from warmlink.fmus.component import Check, Component, Derived, Input, Local, Output, Parameter, Record, State
 from warmlink.fmus.component.arithmetic import Number
@@ -36,7 +37,9 @@ _INPUTS = (
 # Descriptions that are too long for the lines below.
 _CROSS_SECTION = "cross-section; 0: width times thickness"
 _PERIMETER = "perimeter of the cross-section; 0: that of the rectangle"
-_EXPANSION_COEFFICIENT = "linear coefficient of thermal expansion"
+_EXPANSION_COEFFICIENT = "linear coefficient of thermal expansion at 295.15 K"
+_EXPANSION = "relative change of the expansion coefficient per kelvin above 295.15 K"
+_SPECIFIC_HEAT = "relative change of heat capacity, with what the link carries, per kelvin above 295.15 K"
 _CONVECTION_PER_SPEED = "increase of the convection coefficient per m/s of the link's mean speed"
 _MIXING = "0: convection in still air and by motion add up; 1: as the cube root of the sum of their cubes"
 _RISE = "power of the rise over ambient with which the coefficient of still air grows, about a rise of 10 K"
@@ -45,6 +48,9 @@ _INITIAL_TEMPERATURE_RISE = "rise above the initial temperature at each sensor, 
 _REFERENCE_TEMPERATURE = "temperature at which the elongation is 0; 0: the initial temperature"
 _SENSOR_POSITION = "place of each sensor from the proximal end; -1 m: base, middle, tip, then evenly between"
 _DISCRETISATION_ERROR = "estimate of the elongation's error from the finite grid"
+
+_VARIES: Mapping[str, Any] = {"within": (-2e-3, 5e-3), "nominal": 5e-4, "rare": True}
+"""Of materials that vary with temperature: no less than a fifth of the stated value up to 695 K."""
 
 _PARAMETERS = (
     length_parameter("length", 0.3302, "length of the link", positive=True, maximum=20),
@@ -63,8 +69,10 @@ _PARAMETERS = (
         rare=True,
     ),
     Parameter("density", "kg/m3", 2713, "density", positive=True),
-    Parameter("specific_heat", "J/(kg.K)", 892, "specific heat capacity", positive=True),
+    Parameter("specific_heat", "J/(kg.K)", 892, "specific heat capacity at 295.15 K", positive=True),
+    per_kelvin("specific_heat_temperature_coefficient", _SPECIFIC_HEAT, **_VARIES),
     Parameter("expansion_coefficient", "1/K", 23.6e-6, _EXPANSION_COEFFICIENT, positive=True, nominal=2e-5),
+    per_kelvin("expansion_temperature_coefficient", _EXPANSION, **_VARIES),
     tunable("convection_still", "W/(m2.K)", 4.55, "convection coefficient in still air", minimum=0),
     tunable("convection_per_speed", "W.s/(m3.K)", 6.4, _CONVECTION_PER_SPEED, minimum=0),
     extra("convection_mixing", "1", _MIXING, maximum=1.8, rare=True),

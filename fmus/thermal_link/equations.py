@@ -25,7 +25,7 @@ STEFAN_BOLTZMANN = 5.670374419e-8
 """W/(m2.K4), CODATA 2018."""
 
 REFERENCE_TEMPERATURE = 295.15
-"""K, at which temperature-dependent conductivity has its stated value."""
+"""K, at which materials that vary with temperature have their stated values."""
 
 ORDINARY_RISE = 10.0
 """K over the surroundings, at which the coefficient of still air has its stated value."""
@@ -72,7 +72,8 @@ def rates(x: Record, u: Record, p: Record, time: Number) -> Values:
         + placed(u.heat_flow - flows["hub_heat_flow"], base, cells)
         + placed(u.tip_heat_flow - flows["tip_sink_heat_flow"], tip, cells)
     )
-    return {"temperature": gain * p.rise_per_heat, "heat_received": u.heat_flow}
+    stores = 1 + p.specific_heat_temperature_coefficient * (x.temperature - REFERENCE_TEMPERATURE)
+    return {"temperature": gain * p.rise_per_heat / stores, "heat_received": u.heat_flow}
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
@@ -215,7 +216,7 @@ def buoyancy(rise: Number, p: Record) -> Number:
 
 
 def elongation(temperature: Number, p: Record) -> Number:
-    """Growth in m between base and tip position: expansion times the integral of the rise.
+    """Growth in m between base and tip position: expansion times the integral of what the rise counts.
 
     The trapezoidal rule with Gregory's first end correction, so that the integral is of third order in
     the node distance.
@@ -258,10 +259,15 @@ def initial_rise(p: Record, places: Number) -> Number:
 
 
 def _rise_between(temperature: Number, p: Record) -> tuple[Number, int, Number]:
-    """Rise in K above the reference at the nodes from base to tip, the last one's index, their distance."""
+    """Rise in K above the reference at the nodes from base to tip, the last one's index, their distance.
+
+    Where expansion varies with temperature, a rise counts as much as the coefficient is larger over it.
+    """
     base, tip = stretches(temperature.shape[0])
     reference = where(p.reference_temperature > 0, p.reference_temperature, p.initial_temperature)
-    rise, last = temperature[base : tip + 1] - reference, tip - base
+    inside, last = temperature[base : tip + 1], tip - base
+    middle = (inside + reference) / 2 - REFERENCE_TEMPERATURE
+    rise = (inside - reference) * (1 + p.expansion_temperature_coefficient * middle)
     return rise, last, (p.tip_position - p.base_position) / last
 
 

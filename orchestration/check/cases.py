@@ -236,7 +236,7 @@ def _moved(variable: FmuVariable, value: float) -> list[float]:
 def _differences(
     instance: CheckedInstance, output: str, variable: FmuVariable, value: float, reach: float
 ) -> list[float]:
-    """Central, forward and backward difference, of which a derivative at a kink equals one."""
+    """Central, forward and backward difference; a derivative at a kink equals one of them."""
     step = reach * scale(variable)
     places = [within(variable, place) for place in (value - step, value, value + step)]
     found = []

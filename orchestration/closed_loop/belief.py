@@ -25,7 +25,7 @@ SUBSTITUTE = "observer"
 """Law that can be designed for any cell; it is proposed if the one in use cannot be designed."""
 
 REAL_CELLS = 1e-3
-"""Share to which nobody knows the parameters of a real cell; one that is closer to its design is ideal."""
+"""Relative uncertainty of a real cell's parameters; a cell that is closer to its design counts as ideal."""
 
 _COUNTED_FROM = "reference_temperature"
 
@@ -58,7 +58,7 @@ def _learnt(scenario: Scenario) -> bool:
 
 
 class _DesignCheck:
-    """A scenario with a shipped law, and what of it differs from what its components declare."""
+    """A scenario with a shipped law, and the values that differ from those that its components declare."""
 
     def __init__(self, scenario: Scenario) -> None:
         machine = self._machine = scenario.machine
@@ -134,7 +134,7 @@ def _file_of(law: str) -> str:
 
 
 def _command(scenario: Scenario, changed: Iterable[str], law: str) -> str:
-    """Command that designs a law for a scenario's cell, of which so much is changed."""
+    """Command that designs a law for a scenario's cell, with these parameters changed."""
     known = {} if scenario.file is None else load_scenario(str(scenario.file)).parameters
     given = scenario.as_believed.parameters
     settings = [w for n in changed if known.get(n) != given[n] for w in ("--set", f"{n}={given[n]}")]

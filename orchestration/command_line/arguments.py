@@ -99,7 +99,7 @@ class Taken(NamedTuple):
     options: tuple[str, ...]
 
 
-def taken(command: Command) -> list[Taken]:
+def parameters_of(command: Command) -> list[Taken]:
     """Parameters of a command."""
     found = []
     for name, each in inspect.signature(command, eval_str=True).parameters.items():
@@ -120,7 +120,7 @@ def for_typer(command: Command) -> Command:
     entries = re.findall(r"^(\w+) : (.*(?:\n +.*)*)", section, re.MULTILINE)
     explained = {**EXPLAINED, **{name: " ".join(text.split()) for name, text in entries}}
     parameters = []
-    for each, kind, options in taken(command):
+    for each, kind, options in parameters_of(command):
         made, names = (typer.Option, ["/".join(options)]) if options else (typer.Argument, [])
         metavar = "" if kind is bool else None  # a flag takes no value
         told = made(*names, help=explained[each.name], autocompletion=proposals(each.name), metavar=metavar)
@@ -152,7 +152,9 @@ def carry_out(command: Command, values: Mapping[str, Any]) -> None:
 
 def refuse_values_of_flags(command: Command, given: Sequence[str]) -> None:
     """Raise InputError where a flag is given a value, as `--isolate true` or `--isolate=1`."""
-    flags = {name: each.options for each in taken(command) if each.kind is bool for name in each.options}
+    flags = {
+        name: each.options for each in parameters_of(command) if each.kind is bool for name in each.options
+    }
     for word, after in zip_longest(given, given[1:], fillvalue=""):
         if word == "--":
             return
@@ -168,7 +170,7 @@ def plain_values(command: Command, given: Sequence[str]) -> dict[str, Any] | Non
 
     That is `VALUE`, `--name VALUE`, `--name=VALUE`, `--flag` and `--no-flag`.
     """
-    parameters = taken(command)
+    parameters = parameters_of(command)
     found = {each.name: each.default for each, *_ in parameters if each.default is not each.empty}
     options = {option: each for each in parameters for option in each.options}
     places = [each for each in parameters if not each.options]

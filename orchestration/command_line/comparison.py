@@ -208,10 +208,10 @@ def compare(
         arguments.advise(first)
     folder = out or Path("out") / ("compare" if system == DEFAULT else f"compare_{system}")
     refuse_others(folder, "compare")
-    means = run_options(fmus, jobs, scheduler, exact)
+    options = run_options(fmus, jobs, scheduler, exact)
     with (
         interruptible(),
-        compared(plan, means, folder) as comparison,
+        compared(plan, options, folder) as comparison,
         kept_results(folder, "compare") as target,
     ):
         write_csv(comparison, target / "compare.csv")

@@ -35,7 +35,7 @@ def diagnose(
     decimal: str = "",
     replace: list[str] | None = None,
     calibrate_only: bool = False,
-    discover: bool = False,
+    discover: bool | None = None,
     check: bool = False,
     out: Path | None = None,
     json: bool = False,
@@ -65,8 +65,8 @@ def diagnose(
         column; --map link.heat_flow=Q what a replaced link calls its variable. Repeatable.
     decimal : Decimal mark, `comma` or `point`, if the file could be read either way.
     calibrate_only : Fit what the experiment calibrates, and look for no causes.
-    discover : Look for an equation of the heat that the model lacks, if causes do not explain the run, or not
-        simply: where it enters, its terms with units and intervals; or that none earns its place.
+    discover : Look for an equation of the heat that the model lacks: where it enters, its terms with units
+        and intervals; or that none earns its place. Default: where no cause is established.
     check : Show how the files are understood, without a diagnosis.
     out : Folder for results. Default: out/RUN/diagnose, or out/RUN+NEXT/diagnose for two runs.
     """
@@ -160,20 +160,21 @@ def _in_words(run: dict[str, Any]) -> str:
 
 
 def _diagnose_cell(
-    paths: list[Path], measured: Callable[[], Experiment], folder: Path, json: bool, discover: bool
+    paths: list[Path], measured: Callable[[], Experiment], folder: Path, json: bool, discover: bool | None
 ) -> None:
     from warmlink.orchestration.diagnosis.answer.extension import kinds_needed
     from warmlink.orchestration.diagnosis.answer.ladder import table_of
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment, work_out
-    from warmlink.orchestration.diagnosis.terms.words import content_with, discovered, summary_with
+    from warmlink.orchestration.diagnosis.terms.words import content_with, discovered, is_due, summary_with
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, extended_files, write_diagnosis
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
         found = diagnose_experiment(measured(), progress)
+        equation = discovered(found, progress) if is_due(found, discover) else None
+        found = found if equation is None else equation.diagnosis
         work_out(found, progress)
-        equation = discovered(found, progress) if discover else None
     for each in found.remarks:
         remark(each)
     with _answered(
@@ -190,13 +191,8 @@ def _diagnose_cell(
         if rows:
             print_table("", headings, rows, texts=1, width=160)
         word = {"uncorrected": "unchanged", "calibrated": "calibrated"}.get(found.delivered, "extended")
-        word = "extended" if equation is not None and equation.extends else word
         model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}{model}")
-        if equation is None and found.verdict in ("empirical", "unknown"):
-            answer(
-                f"terms   {command('warmlink', 'diagnose', *map(str, paths), '--discover')} seeks an equation"
-            )
         if following := files.get(SCENARIO):
             option = "--duty" if found.experiment.rig.system is None else "--scenario"
             told = command("warmlink", "hide", "EFFECT", option, following)

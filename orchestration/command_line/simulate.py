@@ -220,7 +220,7 @@ def _long_run(folder: Path, checkpoint: int | None, resume: bool) -> LongRun | N
 
 
 def _late(system: System, unseen: Sequence[str]) -> list[str]:
-    """Say of which components the lateness is not seen; not of those that say that they sample."""
+    """Name components whose delay the error estimate does not see, without those that declare sampling."""
     from warmlink.orchestration.system.description import read_description
 
     fed = dict.fromkeys(link.target_component for link in system.connections)

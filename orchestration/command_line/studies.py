@@ -25,7 +25,7 @@ from warmlink.orchestration.shell import command
 
 if TYPE_CHECKING:
     from warmlink.orchestration.studies.points import Searched
-    from warmlink.orchestration.studies.session import Means
+    from warmlink.orchestration.studies.session import RunOptions
     from warmlink.orchestration.studies.tune import Tuned
 
 COMMANDS = ("tune", "sweep")
@@ -76,13 +76,17 @@ def tune(
     asked = load_study(study).lasting(trials)
     folder = out or Path("out") / asked.name / "tune"
     refuse_others(folder, "tune")
-    means = run_options(fmus, jobs, scheduler, exact)
+    options = run_options(fmus, jobs, scheduler, exact)
 
     def keep(folder: Path, found: Tuned) -> None:
         with kept_results(folder, "tune") as target:  # which keeps those of another command line from now on
             found.write_csv(target / TRIALS)
 
-    with interruptible(), tuned(asked, means, folder, keep) as found, kept_results(folder, "tune") as target:
+    with (
+        interruptible(),
+        tuned(asked, options, folder, keep) as found,
+        kept_results(folder, "tune") as target,
+    ):
         found.write_csv(target / TRIALS)
         if found.best is not None:
             write_winner(asked, found.best.point, target)
@@ -130,8 +134,8 @@ def sweep(
     asked = load_study(study)
     folder = out or Path("out") / asked.name / "sweep"
     refuse_others(folder, "sweep")
-    means = run_options(fmus, jobs, scheduler, exact)
-    with interruptible(), swept(asked, means, folder) as searched, kept_results(folder, "sweep") as target:
+    options = run_options(fmus, jobs, scheduler, exact)
+    with interruptible(), swept(asked, options, folder) as searched, kept_results(folder, "sweep") as target:
         searched.write(target / "sweep.parquet")
         if report:
             from warmlink.orchestration.report.studies import write_sweep
@@ -140,12 +144,12 @@ def sweep(
     _answer(searched, f"table   {folder / 'sweep.parquet'}", folder, report, json)
 
 
-def run_options(fmus: str | None, jobs: int, scheduler: str | None, exact: bool) -> Means:
+def run_options(fmus: str | None, jobs: int, scheduler: str | None, exact: bool) -> RunOptions:
     """How the runs of a study are carried out, by the command's options."""
     from warmlink.orchestration.fmu_store import kind_named
-    from warmlink.orchestration.studies.session import Means
+    from warmlink.orchestration.studies.session import RunOptions
 
-    return Means(kind_named(fmus), jobs, scheduler, exact)
+    return RunOptions(kind_named(fmus), jobs, scheduler, exact)
 
 
 def _answer(found: Searched, files: str, folder: Path, report: bool, json: bool) -> None:

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from warmlink.orchestration.report.plot import plot as plot
     from warmlink.orchestration.simulation import simulate as simulate
     from warmlink.orchestration.studies.design import design as design
-    from warmlink.orchestration.studies.session import Means as Means
+    from warmlink.orchestration.studies.session import RunOptions as RunOptions
     from warmlink.orchestration.studies.sweep import sweep_study
     from warmlink.orchestration.studies.tune import tune_study
     from warmlink.orchestration.system.assemble import assemble as assemble
@@ -53,9 +53,9 @@ _PLACES = {
     "Input": "fmus.component:Input",
     "InputError": "fmus.errors:InputError",
     "Law": "controllers.own:Law",
-    "Means": "orchestration.studies.session:Means",
     "Output": "fmus.component:Output",
     "Parameter": "fmus.component:Parameter",
+    "RunOptions": "orchestration.studies.session:RunOptions",
     "State": "fmus.component:State",
     "assemble": "orchestration.system.assemble:assemble",
     "build": "orchestration.products.build:build",

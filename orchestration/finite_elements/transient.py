@@ -43,7 +43,7 @@ def within(course: Course, start: float, step: float, fraction: float) -> float:
     return float(course(start + min(fraction, JUST_BEFORE) * step) if callable(course) else course)
 
 
-def held(times: ArrayLike, values: Sequence[float]) -> Course:
+def held_course(times: ArrayLike, values: Sequence[float]) -> Course:
     """Samples at increasing times [s], each of which holds until the next; the first also before its time."""
     return lambda time: values[max(int(np.searchsorted(times, time, side="right")) - 1, 0)]
 

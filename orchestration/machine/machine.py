@@ -1,4 +1,4 @@
-"""A machine: what parts it has, how they are wired, what its variables are for, and what of it is nominal.
+"""A machine: its parts, their wires, what its variables are for, and its nominal values.
 
 One class for every machine, shipped or somebody's own; whatever is done to a machine starts from it:
 
@@ -32,8 +32,8 @@ from warmlink.orchestration.machine.roles import AS_THEY_ARE, NOTHING_SCORED, Ro
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import DefaultExperiment, StartValues, System, Value
+from warmlink.orchestration.system.ports import Ports
 from warmlink.orchestration.system.units import Conversion
-from warmlink.orchestration.system.write import Ports
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.recording.result import Result

@@ -14,25 +14,28 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import scratch_folder
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.master.algorithms.structure import feedthrough_order
+from warmlink.orchestration.master.slaves.events import Fmi3EventSlave
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import UNLIMITED, IsolatedSlave, Isolation
-from warmlink.orchestration.master.slaves.models import Fmi2Model, Fmi3Model
+from warmlink.orchestration.master.slaves.models import Fmi1Model, Fmi2Model, Fmi3Model
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import RunSpan, Slave, SlaveError, nominal
 from warmlink.orchestration.master.slaves.versions import Fmi1Slave, Fmi2Slave, Fmi3Slave
 from warmlink.orchestration.system.archive import unpack
-from warmlink.orchestration.system.description import ModelInfo, described
+from warmlink.orchestration.system.described import described
+from warmlink.orchestration.system.description import ModelInfo
 from warmlink.orchestration.system.model import Connection, System, Value
 
 # What FMI gives for reading and compiling alone.
 NOT_FOR_RUNNING = ("documentation", "sources")
 _here: set[tuple[str, str]] = set()
-"""FMUs, by identifier and GUID, of which this process has had the one instance that it may have."""
+"""FMUs that allow one instance in a process and have had it, by identifier and GUID."""
 
 _KINDS: dict[tuple[str, str], type[FmiSlave]] = {
     ("1.0", "CoSimulation"): Fmi1Slave,
     ("2.0", "CoSimulation"): Fmi2Slave,
     ("3.0", "CoSimulation"): Fmi3Slave,
+    ("1.0", "ModelExchange"): Fmi1Model,
     ("2.0", "ModelExchange"): Fmi2Model,
     ("3.0", "ModelExchange"): Fmi3Model,
 }
@@ -115,7 +118,9 @@ def _home(fmu: Path, other: Path) -> Path:
 
 def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:
     """Instantiate an FMU that was unpacked into `folder`."""
-    return _KINDS[info.fmi_version, info.interface](name, info, folder)
+    kind = _KINDS[info.fmi_version, info.interface]
+    kind = Fmi3EventSlave if kind is Fmi3Slave and info.capabilities.event_mode else kind
+    return kind(name, info, folder)
 
 
 def initialize(network: Network, experiment: RunSpan, values: Mapping[str, Mapping[str, Value]]) -> None:

@@ -118,7 +118,7 @@ def simulate(
 
 
 def differing(row: int, values: Mapping[str, list[float]], again: Result) -> tuple[str, ...]:
-    """Say what differs from an earlier run, of which the values of one row are known, at that row."""
+    """Say what differs from an earlier run at the one row whose values are known."""
     if not 0 <= row < len(again.table):
         return ()
     for name, (before,) in values.items():

@@ -23,7 +23,7 @@ from warmlink.fmus.component.reference import Phase
 from warmlink.fmus.plant import demand, plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.finite_elements.transient import Fea, HeatDrive, History, held
+from warmlink.orchestration.finite_elements.transient import Fea, HeatDrive, History, held_course
 from warmlink.orchestration.paper.cases import PaperCase, fea, follow, run_link, steady_time
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, PAPER
 from warmlink.orchestration.paper.mesh import RodMesh, bare_link, paper_assembly
@@ -212,7 +212,7 @@ def duty_drive(phases: Sequence[Phase]) -> tuple[HeatDrive, History]:
     still, per_speed = nominal.get("convection_still"), nominal.get("convection_per_speed")
     speeds = [phase.inputs["link.speed"] * GEOMETRY.span / 2 for phase in phases]
     drive = HeatDrive(
-        convection=held(starts[:-1], [still + per_speed * speed for speed in speeds]),
+        convection=held_course(starts[:-1], [still + per_speed * speed for speed in speeds]),
         ambient=AMBIENT,
         heat_flow=lambda time: float(np.interp(time, link.time, flow)),
     )

@@ -1,4 +1,4 @@
-"""A law as what a CNC's own compensation takes: a line and a table over one thermometer, and one formula."""
+"""A law as what a CNC's own compensation takes: lines and tables over thermometers, and one formula."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.controllers.export.core import Core
-from warmlink.controllers.export.texts import filled
+from warmlink.controllers.export.texts import filled, parameters
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component
@@ -20,60 +19,36 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.closed_loop.load import load_scenario, names_on
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop, run
 from warmlink.orchestration.console import Answer
-from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.files import fresh_folder, with_hash
 from warmlink.orchestration.machine.machine import COMPENSATOR
+from warmlink.orchestration.products.cnc_axis import ROWS, TableOfAxis, axes_of, axis_of
 from warmlink.orchestration.products.export import law_of
+from warmlink.orchestration.replay.learn import Sources
+from warmlink.orchestration.replay.logs import read_logs
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO
-
-Array = NDArray[np.float64]
-
-ROWS = 9
-"""Rows of a table: a machine's control holds few, and growth bends little."""
-
-SMOOTH = 1e-3
-"""How much a table's bends count beside its errors: rows that no duty cycle reaches lie on a line."""
-
-PLACES = ("base_position", "tip_position")
-"""Parameters of a link: where it is held, and where it carries the tool."""
-
-
-@dataclass(frozen=True)
-class Approximation:
-    """How far a table and a line are off the law in a duty cycle, in m: rms and largest of either."""
-
-    duty: str
-    table: tuple[float, float]
-    line: tuple[float, float]
 
 
 @dataclass(frozen=True, repr=False)
 class CncTable(Answer):
-    """A law as a line and a table over one temperature of the machine.
+    """A law as a line and a table over one temperature for each axis of the machine.
 
     Attributes
     ----------
     core : the law and its design
-    axis : the link whose growth it is
-    thermometer : the input of the law that the table goes by, as `tip_temperature`
-    temperature, growth : of the table's rows, in K and m
-    line : growth in m at 0 K by the straight line, and its slope in m/K
-    places : where the link is held and where it carries the tool, in m; None where the machine has no such
-    errors : for each duty cycle
-    others : rms error in m of the straight line over each other thermometer
+    axes : line and table of each axis
+    duties : scenarios that they are close to the law in, with the hash of their files
     unit, temperature_unit : in which they are written
+    formula : of a regression over all its thermometers; None for another law, or one for each axis
+    measured : whether these are measured logs
     """
 
     core: Core
-    axis: str
-    thermometer: str
-    temperature: Array
-    growth: Array
-    line: tuple[float, float]
-    places: tuple[float, float] | None
-    errors: tuple[Approximation, ...]
-    others: Mapping[str, float]
+    axes: tuple[TableOfAxis, ...]
+    duties: tuple[str, ...]
     unit: str
     temperature_unit: str
+    formula: str | None
+    measured: bool = False
 
     @property
     def name(self) -> str:
@@ -82,12 +57,13 @@ class CncTable(Answer):
 
     @property
     def largest(self) -> float:
-        """Largest distance in m between table and law over the duty cycles."""
-        return max(each.table[1] for each in self.errors)
+        """Largest distance in m between table and law over axes and duty cycles."""
+        return max(each.largest for each in self.axes)
 
     def summary(self) -> str:
         """The table in a few lines."""
-        told = f"{self.name}: {len(self.growth)} rows over {self.thermometer}"
+        axes = ", ".join(f"{each.name} over {each.thermometer}" for each in self.axes)
+        told = f"{self.name}: {ROWS} rows for each axis, {axes}"
         return f"{told}; at most {self._length(self.largest):.3g} {self.unit} off the law"
 
     def _length(self, value: float) -> float:
@@ -98,31 +74,25 @@ class CncTable(Answer):
         return factor * kelvin + offset
 
     def csv(self) -> str:
-        """The table: at a place P of the axis the correction is offset + coefficient (P - position)."""
+        """The tables: at a place P of an axis the correction is offset + coefficient (P - position)."""
         unit = self.unit
         lengths = f"offset [{unit}],coefficient [{unit}/m],position [m]"
-        rows = [f"axis,{self.thermometer} [{self.temperature_unit}],{lengths}"]
-        for kelvin, growth in zip(self.temperature, self.growth, strict=True):
-            offset, coefficient, position = self._length(growth), 0.0, 0.0
-            if self.places is not None:
-                position, end = self.places
-                offset, coefficient = 0.0, self._length(growth) / (end - position)
-            rows.append(f"{self.axis},{self._warm(kelvin):.6g},{offset:.6g},{coefficient:.6g},{position:.6g}")
+        rows = [f"axis,thermometer,temperature [{self.temperature_unit}],{lengths},design"]
+        for axis in self.axes:
+            for kelvin, offset, coefficient, position in axis.rows():
+                figures = (self._warm(kelvin), self._length(offset), self._length(coefficient), position)
+                told = ",".join(f"{each:.6g}" for each in figures)
+                rows.append(f"{axis.name},{axis.thermometer},{told},{self.core.mark}")
         return "\n".join((*rows, ""))
 
-    @property
-    def straight(self) -> str:
-        """The straight line as a formula."""
+    def straight(self, axis: TableOfAxis) -> str:
+        """The straight line of an axis as a formula."""
         factor = display_conversion("K", self.temperature_unit)[0]
-        slope = self._length(self.line[1]) / factor
-        zero = self._warm(-self.line[0] / self.line[1]) if self.line[1] else 0.0
+        start, slope = axis.line
+        zero = self._warm(-start / slope) if slope else 0.0
         sign = "-" if zero >= 0 else "+"
-        return f"correction = {slope:.6g} * (T {sign} {abs(zero):.6g})"
-
-    @property
-    def formula(self) -> str | None:
-        """The formula of a regression over all its thermometers; None for another law."""
-        return formula(self.core.component, self.unit, self.temperature_unit)
+        told = f"{self._length(slope) / factor:.6g} * ({axis.thermometer} {sign} {abs(zero):.6g})"
+        return f"correction = {told}"
 
     def write(self, folder: str | Path) -> None:
         """Write the table and a README into a folder, all or none; InputError if that is not possible."""
@@ -132,23 +102,43 @@ class CncTable(Answer):
 
     def readme(self) -> str:
         """What the table is, how it is used, and how far it is off."""
-        rows = []
-        for each in self.errors:
-            figures = (f"{self._length(value):.3g}" for value in (*each.table, *each.line))
-            rows.append(f"| {each.duty} | {' | '.join(figures)} |")
         more = f"\nThe law itself in one line, over all its thermometers:\n\n    {self.formula}\n"
         return filled(
             self.core,
             "table_readme.txt",
             origin="\n".join(self.core.origin()),
-            thermometer=self.thermometer,
             temperature=self.temperature_unit,
             unit=self.unit,
-            straight=self.straight,
+            axes="\n".join(self._axis(each) for each in self.axes),
             formula=more if self.formula else "",
-            errors="\n".join(rows),
-            others="\n".join(f"- `{name}`: {self._length(off):.3g}" for name, off in self.others.items()),
+            duties="\n".join(f"- {each}" for each in self.duties),
+            what="measured logs" if self.measured else "duty cycles",
+            by=_BY_LOGS if self.measured else _BY_MODEL,
+            parameters=parameters(self.core),
         )
+
+    def _axis(self, axis: TableOfAxis) -> str:
+        """What there is to say of an axis."""
+        rows = []
+        for each in axis.errors:
+            figures = (f"{self._length(value):.3g}" for value in (*each.table, *each.line))
+            rows.append(f"| {each.duty} | {' | '.join(figures)} |")
+        others = [f"- `{name}`: {self._length(off):.3g}" for name, off in axis.others.items()]
+        return filled(
+            self.core,
+            "axis_readme.txt",
+            axis=axis.name,
+            thermometer=axis.thermometer,
+            temperature=self.temperature_unit,
+            unit=self.unit,
+            straight=self.straight(axis),
+            errors="\n".join(rows),
+            others="\n".join(others) or "There are none.",
+        )
+
+
+_BY_LOGS = "This was computed from measured logs, without a model of the machine."
+_BY_MODEL = "This was computed with warmlink's model of the machine, and is off by what that is."
 
 
 def formula(component: Component, unit: str, temperature_unit: str) -> str | None:
@@ -172,26 +162,32 @@ def cnc_table(
     design: str | Path | Mapping[str, str | float] | None = None,
     *,
     duties: Sequence[str] = (),
+    data: Sources = (),
     thermometer: str | None = None,
     unit: str = "um",
     temperature: str = "degC",
 ) -> CncTable:
-    """Approximate a law by what CNCs take: offset, coefficient and position by one temperature.
+    """Approximate a law by what CNCs take: offset, coefficient and position by a temperature for each axis.
 
-    The law runs in the closed loop of each duty cycle; the table is the closest to what it corrects.
+    The law runs in the closed loop of each duty cycle, or over measured logs; the table is the closest to
+    what it corrects. An axis is a link; where one controller corrects several at once, the model says what
+    each of them adds. Of logs no link is known: there is one axis, whose growth is all offset.
 
     Parameters
     ----------
     law : controller, as `observer`, or a law of one's own, as `my_law.py:MyLaw`
     design : parameter set (SSV) from `design`, or its values by name; the design that ships by default
     duties : scenarios of one machine, by name or file; by default those that ship for the cell
-    thermometer : one of the law's, as `tip_temperature`; by default the one that tells most
+    data : logs of the machine (files or DataFrames) in place of scenarios, columns as `diagnose` reads them;
+        no model of the machine is needed
+    thermometer : one of the law's, as `tip_temperature`; by default for each axis the one that tells most
     unit : of lengths, as `um` or `mm`
     temperature : unit of temperatures, as `degC` or `K`
 
     Examples
     --------
     >>> wl.cnc_table("regression", duties=["stop_and_go"], unit="mm").write("cnc")
+    >>> wl.cnc_table("regression", "law.ssv", data=["log.csv"]).write("cnc")
 
     Raises
     ------
@@ -205,96 +201,42 @@ def cnc_table(
             what = "a length; give one as um or mm" if of == "m" else "a temperature; give one as degC or K"
             raise InputError(f"{argument(argued, asked)}: is no unit of {what}") from None
     name, component, source = law_of(law, design)
-    values = component.start_values()[0].tolist()
-    told = {f"{COMPENSATOR}.{n}": v for n, v in zip(component.p.names, values, strict=True)}
-    given = told if design is not None else {}
-    runs = [
-        run(each, law, parameters=given)
-        for each in duties or names_on(load_scenario(DEFAULT_SCENARIO).machine.name)
-    ]
-    grown = [_correction(each) for each in runs]
-    every = np.concatenate(grown)
-    if np.abs(every).max() <= 0.0:
+    if data and duties:
+        raise InputError(f"{argument('duty', duties[0])}: give either duty cycles or logs of the machine")
+    if data:
+        logs = read_logs(data)
+        axes, played, one = [axis_of(component, logs)], [each.name for each in logs], True
+        files = zip(data, logs, strict=True)
+        sources = [with_hash(of) if isinstance(of, (str, Path)) else log.name for of, log in files]
+    else:
+        scenarios = list(duties) or names_on(load_scenario(DEFAULT_SCENARIO).machine.name)
+        runs = _runs(law, component if design is not None else None, scenarios)
+        axes, played = axes_of(runs), [each.scenario.name for each in runs]
+        one = design is not None or runs[0].scenario.machine.designs is None
+        sources = [with_hash(each) if Path(each).is_file() else f"{each}, as it ships" for each in scenarios]
+    if all(np.abs(each).max() <= 0.0 for axis in axes for each in axis.correction):
         raise InputError(f"{name}: corrects nothing in these duty cycles; there is nothing to tabulate")
-    read = _readings(runs)
-    if thermometer is not None and thermometer not in read:
-        told_so = f"{argument('thermometer', thermometer)}: no thermometer of the law"
-        raise InputError(f"{told_so}; {instead(thermometer, read)}")
-    lines = {each: _line(np.concatenate(kelvin), every) for each, kelvin in read.items()}
-    best = thermometer or min(lines, key=lambda each: lines[each][2])
-    rows, growth = _rows(np.concatenate(read[best]), every)
-    start, slope, _ = lines[best]
-    errors = tuple(
-        Approximation(
-            each.scenario.name,
-            _off(np.interp(kelvin, rows, growth) - correction),
-            _off(start + slope * kelvin - correction),
-        )
-        for each, kelvin, correction in zip(runs, read[best], grown, strict=True)
-    )
-    others = {each: lines[each][2] for each in sorted(lines, key=lambda each: lines[each][2]) if each != best}
-    axis, places = _places(runs[0])
+    for axis in axes:
+        if thermometer is not None and thermometer not in axis.readings:
+            told_so = f"{argument('thermometer', thermometer)}: no thermometer of the law"
+            raise InputError(f"{told_so}; {instead(thermometer, axis.readings)}")
+    tables = tuple(axis.tabulated(played, thermometer) for axis in axes)
+    line = formula(component, unit, temperature) if one else None
     core = Core(component, name, "double", source)
-    line = start, slope
-    return CncTable(core, axis, best, rows, growth, line, places, errors, others, unit, temperature)
+    return CncTable(core, tables, tuple(sources), unit, temperature, line, bool(data))
 
 
-def _correction(outcome: ClosedLoop) -> Array:
-    return np.asarray(outcome.table[f"{COMPENSATOR}.correction"])
-
-
-def _readings(runs: Sequence[ClosedLoop]) -> dict[str, list[Array]]:
-    """What each thermometer of the law read in each run, in K; those that never change aside."""
-    found = {}
-    for name in SENSED:
-        places = [each.scenario.machine.fed.get(f"{COMPENSATOR}.{name}", "") for each in runs]
-        if all(place in each.table for place, each in zip(places, runs, strict=True)):
-            read = [np.asarray(each.table[place]) for place, each in zip(places, runs, strict=True)]
-            if np.ptp(np.concatenate(read)) > 0.0:
-                found[name] = read
-    if not found:
-        raise InputError("no thermometer feeds the controller in these duty cycles; wire one to it")
-    return found
-
-
-def _line(kelvin: Array, growth: Array) -> tuple[float, float, float]:
-    """Growth at 0 K, slope, and rms error of the straight line closest to the growth."""
-    middle = kelvin.mean()
-    slope = float(np.mean((kelvin - middle) * (growth - growth.mean())) / max(np.var(kelvin), 1e-12))
-    start = float(growth.mean() - slope * middle)
-    return start, slope, float(np.sqrt(np.mean((start + slope * kelvin - growth) ** 2)))
-
-
-def _rows(kelvin: Array, growth: Array) -> tuple[Array, Array]:
-    """Rows of the table that is closest to the growth: linear in between, with few bends."""
-    rows = np.linspace(kelvin.min(), kelvin.max(), ROWS)
-    place = np.interp(kelvin, rows, np.arange(ROWS))
-    left = np.minimum(place.astype(int), ROWS - 2)
-    share = place - left
-    normal, right = np.zeros((ROWS, ROWS)), np.zeros(ROWS)
-    for k, a in ((left, 1.0 - share), (left + 1, share)):
-        np.add.at(right, k, a * growth)
-        for m, b in ((left, 1.0 - share), (left + 1, share)):
-            np.add.at(normal, (k, m), a * b)
-    bends = np.diff(np.eye(ROWS), 2, axis=0)
-    whole = normal + SMOOTH * len(kelvin) * bends.T @ bends
-    return rows, np.asarray(np.linalg.solve(whole, right), dtype=np.float64)
-
-
-def _off(error: Array) -> tuple[float, float]:
-    return float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())
-
-
-def _places(outcome: ClosedLoop) -> tuple[str, tuple[float, float] | None]:
-    """The link, and where it is held and carries the tool, in m; None where no one link says so."""
-    held = {
-        part: declared
-        for part, declared in outcome.scenario.declared.items()
-        if {*PLACES} <= {v.name for v in declared.parameters}
-    }
-    if len(held) != 1:
-        return "1", None
-    ((part, declared),) = held.items()
-    given, start = outcome.scenario.values().get(part, {}), declared.p.values(declared.start_values()[0])
-    base, tool = (float(np.asarray(given.get(each, start[each]), dtype=float)) for each in PLACES)
-    return part, (base, tool) if tool > base else None
+def _runs(law: str, designed: Component | None, scenarios: Sequence[str]) -> list[ClosedLoop]:
+    """A law in the closed loop of scenarios of one machine; by the machine's own design if none is given."""
+    given: dict[str, float] = {}
+    if designed is not None:
+        values = designed.start_values()[0].tolist()
+        given = {f"{COMPENSATOR}.{n}": v for n, v in zip(designed.p.names, values, strict=True)}
+    runs = [run(each, law, parameters=given) for each in scenarios]
+    for other in runs[1:]:
+        if other.scenario.machine.parts != runs[0].scenario.machine.parts:
+            raise InputError(
+                f"{argument('duty', other.scenario.name)}: is of another machine than "
+                f"{runs[0].scenario.name}; give scenarios of one machine"
+            )
+    return runs

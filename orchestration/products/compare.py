@@ -15,7 +15,7 @@ from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.replay.compare import TOLERANCE, Replayed, logged_on, replayed
 from warmlink.orchestration.scenarios.overrides import StartValueSet, given_values
 from warmlink.orchestration.studies.compare import Comparison, compared, plan_on
-from warmlink.orchestration.studies.session import USUAL, Means
+from warmlink.orchestration.studies.session import USUAL, RunOptions
 
 if TYPE_CHECKING:
     import pandas
@@ -31,7 +31,7 @@ def compare(
     system: str = DEFAULT,
     scenario: str | Path | None = None,
     parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
-    means: Means = USUAL,
+    options: RunOptions = USUAL,
     out: str | Path | None = None,
     data: Logs | None = None,
     learn: Logs = (),
@@ -51,7 +51,7 @@ def compare(
         own is the usual one; of measured logs, of any machine: its roles say which variables the columns
         are, and its tolerance holds
     parameters : start values, or the path of a parameter set (SSV), for the controllers that have them
-    means : kind of FMU and number of processes
+    options : kind of FMU and number of processes
     out : folder in which finished runs are kept, so that the same call goes on where it was interrupted
     data : measured logs (files or DataFrames) to judge on instead, without any plant: a controller sees what
         was logged, and its error is the measured growth minus its correction
@@ -76,21 +76,21 @@ def compare(
         for name in (name for name, is_given in logged.items() if is_given):
             raise InputError(f"{argument(name)}: is for measured logs; give them as {argument('data')}")
         plan = plan_on(system, controllers, duty_cycles, mismatches, sets, scenario)
-        with compared(plan, means, out) as comparison:
+        with compared(plan, options, out) as comparison:
             return comparison
     given = {"duty_cycles": duty_cycles, "mismatches": mismatches, "out": out}
     for name, one in given.items():
         if one is not None:
             raise InputError(f"{argument(name)}: measured logs are compared as they are; leave it out")
-    options = ReadOptions(units, names=names, decimal=decimal)
+    reading = ReadOptions(units, names=names, decimal=decimal)
     if scenario is not None:
-        options, tolerance = logged_on(str(scenario), options, tolerance)
+        reading, tolerance = logged_on(str(scenario), reading, tolerance)
     with spinner("Replaying"):
         return replayed(
             *(_several(data), controllers, sets),
             learn=_several(learn),
             tolerance=TOLERANCE if tolerance is None else tolerance,
-            options=options,
+            options=reading,
         )
 
 

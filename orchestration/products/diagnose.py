@@ -18,7 +18,13 @@ from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read, work_out
-from warmlink.orchestration.diagnosis.terms.words import Equation, content_with, discovered, summary_with
+from warmlink.orchestration.diagnosis.terms.words import (
+    Equation,
+    content_with,
+    discovered,
+    is_due,
+    summary_with,
+)
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner
@@ -45,6 +51,8 @@ class Found(Answer):
     @property
     def extended(self) -> dict[str, float]:
         """Parameters of the extended model that differ from nominal, in SI units; `run` takes them."""
+        if self.equation is not None and self.equation.extends:
+            return dict(self.equation.extended[1])
         return extended_values(self.diagnosis.assessment.problem, self.diagnosis.adopted.fit)
 
     def summary(self) -> str:
@@ -96,7 +104,7 @@ def diagnose(
     units: Mapping[str, str] = MappingProxyType({}),
     names: Mapping[str, str] = MappingProxyType({}),
     decimal: str = "",
-    discover: bool = False,
+    discover: bool | None = None,
 ) -> Found:
     """Show what the simulation gets wrong and name the cause.
 
@@ -113,7 +121,8 @@ def diagnose(
     units : those that headers lack, `"degC"` under `T_base`
     names : what columns are, `"base_temperature"` under `T_base`; "" leaves the column out
     decimal : decimal mark, "point" or "comma", if a file could be read either way
-    discover : look for an equation of the heat that the model lacks, in `equation` of what is returned
+    discover : whether to look for an equation of the heat that the model lacks, which `equation` of what is
+        returned holds; None where no cause is established
 
     Raises
     ------
@@ -134,8 +143,10 @@ def diagnose(
         experiment = with_noise(read(sources, assumed, {**known, **parameters}, options), noise)
         wanted = [accuracy] if isinstance(accuracy, str) else [f"{n}={v}" for n, v in accuracy.items()]
         diagnosis = diagnose_experiment(with_accuracy(experiment, wanted), progress)
+        equation = discovered(diagnosis, progress) if is_due(diagnosis, discover) else None
+        diagnosis = diagnosis if equation is None else equation.diagnosis
         work_out(diagnosis, progress)
-        found = Found(diagnosis, discovered(diagnosis, progress) if discover else None)
+        found = Found(diagnosis, equation)
     for each in found.diagnosis.remarks:
         remark(each)
     return found

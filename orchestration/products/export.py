@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,13 +16,13 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.safe_text import printable
 from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.console import Answer
-from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.files import fresh_folder, with_hash
 from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.products.measured import measured
 from warmlink.orchestration.scenarios.overrides import given_values, start_values
+from warmlink.orchestration.system.ssp.parameter_values import description_of
 
 Language = Literal["c", "st"]
 """What a law is written in: C99, or Structured Text of IEC 61131-3."""
@@ -103,7 +102,7 @@ def law_of(law: str, design: str | Path | Mapping[str, str | float] | None) -> t
     Raises InputError if there is no such law, it computes nothing at a sample, or the design is not for it.
     """
     found = controller_named(law)
-    name, component, source = found.name, found.component, "the one that ships"
+    name, component, source = found.name, found.component, Core.source_of_design
     if not component.states:
         raise InputError(f"{name}: has nothing to compute at a sample; export another controller")
     if design is not None:
@@ -116,6 +115,5 @@ def law_of(law: str, design: str | Path | Mapping[str, str | float] | None) -> t
         component = designed(component, {each: float(value) for each, value in values.items()})
         source = "values given by name"
         if isinstance(design, (str, Path)):
-            mark = hashlib.sha256(Path(design).read_bytes()).hexdigest()[:16]
-            source = f"{printable(Path(design).name)} (SHA-256 {mark})"
+            source = ", ".join((with_hash(design), *filter(None, [description_of(Path(design))])))
     return name, component, source

@@ -149,7 +149,7 @@ class Tried(NamedTuple):
 
 
 class PartResponses:
-    """Step responses of a part in its span, and the error of what it is reduced to within a range."""
+    """Step responses of a part, and the error of its reduction within a range of conditions."""
 
     def __init__(self, heat: Heat, within: Range) -> None:
         self.heat, self._per_second = heat, within.per_second
@@ -249,7 +249,7 @@ def _leading(gramian: Array, uniform: Array, order: int) -> Array:
 
 
 def separated(basis: Array, heat: Heat) -> tuple[Array, Array]:
-    """Patterns of a basis of which conduction couples no two, shape (m, n), and conduction of each, (n,).
+    """Patterns of a basis that conduction does not couple, shape (m, n), and the conduction of each, (n,).
 
     The first is 1 everywhere in the part, and the mean square of each over it is 1.
     """

@@ -22,6 +22,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
+from warmlink.orchestration.files import with_hash
 from warmlink.orchestration.replay.logs import MeasuredLog, read_logs
 from warmlink.orchestration.scenarios.law_values import start_values_of, write_law_values
 from warmlink.orchestration.written.quantities import positive
@@ -57,6 +58,7 @@ class LearntLaw(Answer):
     sample_time : in s
     plant : a model of the machine that helped; None if there is none
     camera_std : noise of the camera in m; None for that of the DriftCamera
+    source : the logs with the hashes of their files, and the model that helped
     """
 
     law: str
@@ -65,6 +67,7 @@ class LearntLaw(Answer):
     sample_time: float
     plant: Plant | None = None
     camera_std: float | None = None
+    source: str = ""
 
     @cached_property
     def values(self) -> Values:
@@ -146,9 +149,8 @@ class LearntLaw(Answer):
 
     def write(self, path: str | Path) -> None:
         """Write the parameter set (SSV) of the law's FMU; raises InputError where that cannot be done."""
-        write_law_values(
-            self.law, self.values, path, f"{self.law}, learnt from {', '.join(e.name for e in self.logs)}"
-        )
+        title = f"{self.law}, learnt from {', '.join(each.name for each in self.logs)}"
+        write_law_values(self.law, self.values, path, title, self.source)
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -204,6 +206,7 @@ def learnt_law(
     sample_time: str | float = 1.0,
     camera_std: float | None = None,
     plant: Plant | None = None,
+    model: str = "",
     options: ReadOptions = DEFAULT_OPTIONS,
 ) -> LearntLaw:
     """Learn a law from logs.
@@ -217,6 +220,7 @@ def learnt_law(
     sample_time : time between two corrections, in s
     camera_std : noise of the camera in m, for a law that uses it
     plant : a model of the machine that helps where little was measured
+    model : what that model is called
     options : units and names of columns
 
     Raises
@@ -228,10 +232,13 @@ def learnt_law(
         raise InputError(f"{argument('law', law)}: is not learnt from a log; {instead(law, LEARNS)}")
     period = positive(sample_time, "s", argument("sample_time"))
     logs = read_logs(sources, options)
-    model: TrainingRun | None = None if plant is None else training_run(plant)
+    run: TrainingRun | None = None if plant is None else training_run(plant)
     names = None if sensors is None else [_full(name) for name in sensors]
-    found = learn([each.learnt_from for each in logs], names, model, sensor_std)
-    return LearntLaw(law, found, tuple(logs), period, plant, camera_std)
+    found = learn([each.learnt_from for each in logs], names, run, sensor_std)
+    files = zip(sources, logs, strict=True)
+    told = ", ".join(with_hash(of) if isinstance(of, (str, Path)) else log.name for of, log in files)
+    source = f"learnt from {told}" + ("" if plant is None else f" and the model of {model}")
+    return LearntLaw(law, found, tuple(logs), period, plant, camera_std, source)
 
 
 def _short(name: str) -> str:

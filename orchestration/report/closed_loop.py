@@ -79,7 +79,7 @@ def _of_the_system(outcome: ClosedLoop) -> list[Section]:
 
 
 def plots_of(machine: Machine, units: Mapping[str, str | None]) -> Plots:
-    """What is plotted of a machine; `units` are those of all that may be plotted."""
+    """Variables that are plotted for a machine; `units` has every variable that may be."""
     return machine.plots or {
         (heading, unit): {n: n for n in [n for n in units if units[n] == unit][:MOST_LINES]}
         for heading, unit in OWN_PLOTS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from shutil import copyfile
 from typing import TYPE_CHECKING, Any
@@ -30,6 +30,7 @@ from warmlink.orchestration.diagnosis.diagnose import write_next
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
+from warmlink.orchestration.diagnosis.ladder.delivered import EQUATION
 from warmlink.orchestration.diagnosis.ladder.wired import predictor_file
 from warmlink.orchestration.diagnosis.terms.words import Equation, content_with, summary_with
 from warmlink.orchestration.report.diagnosis_figures import (
@@ -65,12 +66,12 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
     sections = [
         Section("In short", "\n".join(lines), warning=_growing(diagnosis)),
         *(by_equation if leads else []),
-        *_ladder(diagnosis, equation),
+        *ladder_sections(diagnosis),
         *([Section("How the measurements were read", remarks)] if remarks else []),
         *_calibrated(diagnosis),
         *_causes(diagnosis),
         *([] if leads else by_equation),
-        *heat_sections(diagnosis.missing_heat),
+        *([] if by_equation and leads else heat_sections(diagnosis.missing_heat)),
         *run_sections(diagnosis),
         Section(
             "What the simulation gets wrong",
@@ -176,14 +177,6 @@ def _worse(more: float) -> str:
     return "no better than chance would make it with as many causes"
 
 
-def _ladder(diagnosis: Diagnosis, equation: Equation | None) -> list[Section]:
-    """How well models predict; beside an equation that extends the model they are those without it."""
-    sections = ladder_sections(diagnosis)
-    if equation is None or not equation.extends:
-        return sections
-    return [replace(each, heading=f"{each.heading}, without the equation") for each in sections]
-
-
 def _proposed(diagnosis: Diagnosis, equation: Equation | None) -> Proposed | None:
     """The next experiment: that of a set of equations if there is one, else that of the causes."""
     return diagnosis.proposed if equation is None else equation.proposed or diagnosis.proposed
@@ -208,7 +201,7 @@ def _next(proposed: Proposed) -> Section:
 
 
 def _gain_text(diagnosis: Diagnosis) -> str:
-    if not diagnosis.causes:
+    if not diagnosis.causes and diagnosis.delivered != EQUATION:
         return "No cause is added, so nothing changes."
     told = []
     for words, pair in (
@@ -272,10 +265,12 @@ def write_diagnosis(
     one with it. Returns the paths by name of the file.
     """
     rig = diagnosis.experiment.rig
+    values: Mapping[str, float]
     learnt: Delivery | None = diagnosis.delivery
-    values: Mapping[str, float] = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
     if equation is not None and equation.extends:
         (rig, values), learnt = equation.extended, None
+    else:
+        values = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
     compiles = store is not None and store.kind == "native"
     ssv, ssp = extended_files(diagnosis, store is not None, equation, compiles)
     proposed = _proposed(diagnosis, equation)

@@ -164,7 +164,7 @@ def heat_sections(courses: Sequence[MissingHeat]) -> list[Section]:
 
 
 def equation_sections(equation: Equation) -> list[Section]:
-    """The equation or the set, what it gains on held-out rows, and the missing heat with its 95 % band."""
+    """The equation or the set, and the missing heat with its 95 % band."""
     found = equation.discovery
     rows = [(equation_of(each.model), f"{each.score:.1f}", f"{each.chance:.2g}") for each in found.members]
     if not rows and found.tried is not None:
@@ -180,15 +180,6 @@ def equation_sections(equation: Equation) -> list[Section]:
         text += f" Without a term the score is {found.bare_score:.1f}."
     table = PageTable(("equation", "score", "chance"), rows) if rows else None
     sections = [Section("An equation for the missing heat", text, table)]
-    if equation.held_out:
-        units = {name: shown(unit) for name, unit in equation.diagnosis.units().items()}
-        errors = [
-            (f"{name} [{units[name]}]", *(f"{each * per_si(units[name]):.3g}" for each in pair))
-            for name, pair in equation.held_out.items()
-        ]
-        told = "Root mean square error on rows that were not fitted."
-        heads = ("channel", "as it stands", "with the equation")
-        sections.append(Section("What the equation gains", told, PageTable(heads, errors)))
     for each in found.missing[:_MOST_DRAWN]:
         figure = heat_figure(each.time, each.heat, each.deviation)
         heading = f"Missing heat at the {each.place}: {each.run}"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from warmlink.controllers.start_values import Values, by_scalar
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.files import with_hash
 from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import parse_unit
@@ -18,7 +20,7 @@ def start_values_of(values: Values) -> dict[str, float]:
     return {f"{COMPENSATOR}.{name}": value for name, value in by_scalar(values).items()}
 
 
-def write_law_values(law: str, values: Values, path: str | Path, title: str) -> None:
+def write_law_values(law: str, values: Values, path: str | Path, title: str, source: str) -> None:
     """Write the parameter set of a law's FMU.
 
     Parameters
@@ -27,6 +29,7 @@ def write_law_values(law: str, values: Values, path: str | Path, title: str) -> 
     values : in SI units
     path : .ssv file
     title : what the set is called
+    source : what it was made from, which an export of the law repeats
 
     Raises
     ------
@@ -39,8 +42,16 @@ def write_law_values(law: str, values: Values, path: str | Path, title: str) -> 
         for name, value in by_scalar(values).items()
     }
     try:
-        write_ssv(held, Path(path), title)
+        write_ssv(held, Path(path), title, source)
     except OSError as fault:
         raise InputError(
             f"{path}: cannot be written ({fault.strerror}); choose another {argument('out')}"
         ) from None
+
+
+def source_named(system: str | Path, parameters: Mapping[str, str | float]) -> str:
+    """A system or scenario: its name, with the hash of its file if it has one, and what is changed."""
+    path = Path(system)
+    name = with_hash(path) if path.suffix in (".toml", ".ssp") and path.is_file() else f"{system} as it ships"
+    changes = ", ".join(f"{key} = {value}" for key, value in parameters.items())
+    return f"{name} with {changes}" if changes else name

@@ -64,13 +64,13 @@ def declared_in(system: System) -> Declared:
     return Declared(components, fed, {name: held.values for name, held in system.components.items()})
 
 
-def ours(kinds: Mapping[str, str]) -> dict[str, Component]:
+def shipped_components(kinds: Mapping[str, str]) -> dict[str, Component]:
     """Declarations of the instances that are shipped components, by the names of their components."""
     known = catalogue.components()
     return {instance: known[kind] for instance, kind in kinds.items() if kind in known}
 
 
-def left(table: RecordTable, system: Declared) -> str | None:
+def first_implausible(table: RecordTable, system: Declared) -> str | None:
     """Sentence on the variable that left its band first, None if none did."""
     first = _first(table, system, far=False)
     return None if first is None else _sentence(table, system, *first, "outside")

@@ -23,7 +23,7 @@ from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.error_budget import coupling_error, whole_error
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.plausible import Declared, left, ours, tight
+from warmlink.orchestration.scenarios.plausible import Declared, first_implausible, shipped_components, tight
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.written.entries import Number, OneOf
@@ -152,7 +152,7 @@ def recorded(machine: Machine) -> tuple[str, ...]:
     roles = machine.roles
     estimates = [f"{link}.discretisation_error" for link in machine.called("link")]
     scored = (*roles.score.variables, *roles.uncompensated.variables, *machine.corrections, *machine.claims)
-    watched = tight(ours(machine.parts))
+    watched = tight(shipped_components(machine.parts))
     return tuple(dict.fromkeys((*scored, *estimates, *roles.plant, *watched)))
 
 
@@ -162,7 +162,9 @@ def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
     A run in which a variable leaves its plausible band gives none, so that nothing is ranked by it.
     """
     machine, time = case.machine, result.times
-    implausible = left(result.table, Declared(ours(machine.parts), machine.fed, case.values))
+    implausible = first_implausible(
+        result.table, Declared(shipped_components(machine.parts), machine.fed, case.values)
+    )
     if implausible is not None or result.reason is not None:
         return Outcome(stopped="; then ".join(told for told in (implausible, result.reason) if told))
     error, without = (

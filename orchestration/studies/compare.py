@@ -28,7 +28,7 @@ from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario, believing
 from warmlink.orchestration.studies.case import Case, Outcome, case_of
-from warmlink.orchestration.studies.session import Means, open_study
+from warmlink.orchestration.studies.session import RunOptions, open_study
 from warmlink.orchestration.studies.workers import Workers
 
 if TYPE_CHECKING:
@@ -245,9 +245,9 @@ class Comparison(Answer):
 
 
 @contextmanager
-def compared(plan: Plan, means: Means, out: str | Path | None) -> Iterator[Comparison]:
+def compared(plan: Plan, options: RunOptions, out: str | Path | None) -> Iterator[Comparison]:
     """Run a plan; the folder in which finished runs are kept is locked until the block ends."""
-    with open_study(plan.runs, means, out) as work:
+    with open_study(plan.runs, options, out) as work:
         with progress_bar(f"{len(plan.cases)} runs") as progress:
             comparison = run_comparison(plan.cases, work.workers, progress)
         yield comparison

@@ -38,7 +38,7 @@ from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.replay.learn import LearntLaw, Sources, learnt_law
-from warmlink.orchestration.scenarios.law_values import start_values_of, write_law_values
+from warmlink.orchestration.scenarios.law_values import source_named, start_values_of, write_law_values
 from warmlink.orchestration.scenarios.replaced import with_replaced
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.studies.plants import cell_plant_in, plant_in, with_values
@@ -69,6 +69,7 @@ class Designed(Answer):
     values : parameters of its component
     plant : what it was designed for; None where that was a run of FMUs
     reduced : the model that it holds; None for a law without one
+    source : what it was made from: the system or scenario with the hash of its file, and what was changed
     """
 
     law: str
@@ -76,6 +77,7 @@ class Designed(Answer):
     values: Values
     plant: Plant | None
     reduced: ReducedPlant | None = None
+    source: str = ""
 
     @property
     def given(self) -> dict[str, float]:
@@ -89,7 +91,7 @@ class Designed(Answer):
 
     def write(self, path: str | Path) -> None:
         """Write the parameter set (SSV) of the law's FMU; raises InputError where that cannot be done."""
-        write_law_values(self.law, self.values, path, f"{self.law}, designed")
+        write_law_values(self.law, self.values, path, f"{self.law}, designed", self.source)
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON, the gains apart."""
@@ -169,7 +171,7 @@ def design(
         return _learnt(data, system, law, sensors, stds, sample_time, parameters, options)
     if law not in PLANT_FACTS:
         raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
-    scenario = None
+    scenario, source = None, f"designed for {source_named(system, parameters)}"
     if str(system).endswith(".toml") or replaced.fmus:
         read = load_scenario(DEFAULT_SCENARIO if system == DEFAULT else str(system))
         scenario = changed(with_replaced(read, replaced), controller=law, parameters=parameters)
@@ -193,10 +195,10 @@ def design(
         else:
             run = _run_of(scenario, sensors)
             values = fit_regression(run, list(sensors), noise, cold_in(run, sensors))
-        return Designed(law, tuple(sensors), {**values, "sample_time": period}, plant)
+        return Designed(law, tuple(sensors), {**values, "sample_time": period}, plant, source=source)
     camera = None if camera_std is None else positive(camera_std, "m", argument("camera_std"))
     found = design_controller(law, list(sensors), noise, period, plant, camera_std=camera)
-    return Designed(law, tuple(sensors), found.parameters, plant, found.reduced)
+    return Designed(law, tuple(sensors), found.parameters, plant, found.reduced, source)
 
 
 def _learnt(
@@ -233,6 +235,7 @@ def _learnt(
         camera_std=camera,
         sample_time=sample_time,
         plant=plant,
+        model=source_named(system, parameters),
         options=options,
     )
 

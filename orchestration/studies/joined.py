@@ -62,7 +62,7 @@ def _by_law(runs: Sequence[Scenario]) -> dict[str, list[Scenario]]:
 
 def agreeing(runs: Sequence[Scenario], fmus: FmuSet, remark: Remark, progress: Progress = unseen) -> FmuSet:
     """The FMUs with those of their joined systems whose figures are theirs within the coupling error."""
-    found = tried(runs, fmus, remark, progress)
+    found = differences_from_fmus(runs, fmus, remark, progress)
     good = {law: each for law, each in found.items() if each[0] <= each[1]}
     for law, (difference, coupling) in found.items():
         if law not in good:
@@ -76,7 +76,7 @@ def agreeing(runs: Sequence[Scenario], fmus: FmuSet, remark: Remark, progress: P
     return replace(fmus, rollouts={law: fmus.rollouts[law] for law in good})
 
 
-def tried(
+def differences_from_fmus(
     runs: Sequence[Scenario], fmus: FmuSet, remark: Remark, progress: Progress = unseen
 ) -> dict[str, tuple[float, float]]:
     """Difference of the figures of joined systems from those of FMUs, and the coupling error, both in µm.

@@ -220,3 +220,12 @@ def first_points(study: Study) -> list[Point]:
     """
     first = [] if study.shipped is None else [study.shipped]
     return first + (latin_hypercube(study, SPREAD - len(first)) if study.tune.sampler == "tpe" else [])
+
+
+def refuse_without_objective(study: Study, workers: Workers) -> None:
+    """Refuse a study whose first point gives no objective: hardly any other would."""
+    point = study.shipped or {axis.name: axis.at(0.5) for axis in study.axes}
+    for probe in evaluate(study, [point], workers):
+        if probe.reason is not None:
+            where = "as shipped" if study.shipped else "in the middle of its bounds"
+            raise InputError(f"{study.name}: there is no objective {where}: {probe.reason}; mend the study")

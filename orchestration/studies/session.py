@@ -35,7 +35,7 @@ _COMPILED = 0.9
 
 
 @dataclass(frozen=True)
-class Means:
+class RunOptions:
     """What a study runs with.
 
     Attributes
@@ -52,7 +52,7 @@ class Means:
     exact: bool = False
 
 
-USUAL = Means()
+USUAL = RunOptions()
 
 
 class StudySession(NamedTuple):
@@ -65,34 +65,34 @@ class StudySession(NamedTuple):
 
 @contextmanager
 def open_study(
-    runs: Sequence[Scenario], means: Means, out: str | Path | None = None
+    runs: Sequence[Scenario], options: RunOptions, out: str | Path | None = None
 ) -> Iterator[StudySession]:
     """FMUs for the runs of a study's points, and workers that keep each finished run in a folder.
 
     The folder is locked for them; by default it is a temporary one. If no run was finished, a folder that was
     empty before is empty again. InputError if another study is using the folder.
     """
-    if means.scheduler is None:
-        check_jobs(means.jobs)
+    if options.scheduler is None:
+        check_jobs(options.jobs)
     with ExitStack() as stack:
         folder = Path(out) if out is not None else stack.enter_context(temporary_folder()) / "study"
         stack.enter_context(locked_folder(folder))
         fresh, said, client = not any(folder.iterdir()), list[str](), None
         try:
-            if means.scheduler is not None:  # before anything is built, which may be for nothing
-                client = stack.enter_context(connected(means.scheduler))
+            if options.scheduler is not None:  # before anything is built, which may be for nothing
+                client = stack.enter_context(connected(options.scheduler))
             if any(each.coupling_tolerance is not None for each in runs):
                 said.append("coupling_tolerance: steps follow it in `warmlink run` alone, here step_size")
             said.extend(dict.fromkeys(told for each in runs for told in each.remarks))
-            built = store(means.fmus, sorted({kind for each in runs for kind in each.kinds}), remark)
+            built = store(options.fmus, sorted({kind for each in runs for kind in each.kinds}), remark)
             files = {name: path for each in runs for name, path in each.files(built).items()}
             fmus = FmuSet.read(built.kind, files)
-            if built.kind == "native" and means.fmus is None and not means.exact:
+            if built.kind == "native" and options.fmus is None and not options.exact:
                 with spinner("Preparing the runs") as show:
                     joined = joined_systems(runs, said.append, stretch(show, 0.0, _COMPILED))
                     whole, trying = replace(fmus, rollouts=joined), stretch(show, _COMPILED, 1.0)
                     fmus = agreeing(runs, whole, said.append, trying)
-            own = LocalWorkers(fmus, means.jobs) if client is None else ClusterWorkers(fmus, client)
+            own = LocalWorkers(fmus, options.jobs) if client is None else ClusterWorkers(fmus, client)
             workers: Workers = stack.enter_context(own)
             yield StudySession(folder, fmus, Ledger(folder, fmus.digest, workers, remark, said))
         except InputError:

@@ -22,7 +22,7 @@ from warmlink.orchestration.studies.points import (
     evaluate,
     latin_hypercube,
 )
-from warmlink.orchestration.studies.session import USUAL, Means, open_study
+from warmlink.orchestration.studies.session import USUAL, RunOptions, open_study
 from warmlink.orchestration.studies.study import MOST_POINTS, Point, Study, load_study
 from warmlink.orchestration.studies.workers import Workers
 
@@ -79,13 +79,15 @@ class Swept(Searched):
             parquet.write_table(self.table(), stream)
 
 
-def sweep_study(study: str | Path | Study, *, means: Means = USUAL, out: str | Path | None = None) -> Swept:
+def sweep_study(
+    study: str | Path | Study, *, options: RunOptions = USUAL, out: str | Path | None = None
+) -> Swept:
     """Run a grid or a Latin hypercube of parameters in closed loop.
 
     Parameters
     ----------
     study : a study file (TOML) with a table [sweep], or a shipped study by name
-    means : kind of FMU, and number of processes or a Dask scheduler
+    options : kind of FMU, and number of processes or a Dask scheduler
     out : folder in which finished runs are kept, so that the same call goes on where it was interrupted
 
     Raises
@@ -98,15 +100,15 @@ def sweep_study(study: str | Path | Study, *, means: Means = USUAL, out: str | P
     >>> wl.sweep("study.toml").to_frame()
     """
     asked = study if isinstance(study, Study) else load_study(str(study))
-    with swept(asked, means, out) as found:
+    with swept(asked, options, out) as found:
         return found
 
 
 @contextmanager
-def swept(study: Study, means: Means, out: str | Path | None) -> Iterator[Swept]:
+def swept(study: Study, options: RunOptions, out: str | Path | None) -> Iterator[Swept]:
     """Run all points of a study's sweep; the folder of the finished runs is locked until the block ends."""
     points = points_of(study)
-    with open_study(study.runs, means, out) as work:
+    with open_study(study.runs, options, out) as work:
         with progress_bar(study.title) as progress:
             found = sweep(study, points, work.workers, lambda done: progress(done / len(points)))
         yield Swept(study, found)

@@ -28,8 +28,9 @@ from warmlink.orchestration.studies.points import (
     evaluate,
     first_points,
     front,
+    refuse_without_objective,
 )
-from warmlink.orchestration.studies.session import USUAL, Means, open_study
+from warmlink.orchestration.studies.session import USUAL, RunOptions, open_study
 from warmlink.orchestration.studies.storage import Chooser, Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
 from warmlink.orchestration.studies.winner import polish
@@ -138,7 +139,7 @@ def tune(
     """
     done, first_of_all = storage.trials()[: study.tune.trials], first_points(study)
     if not done:
-        _probe(study, workers)
+        refuse_without_objective(study, workers)
     chooser = Chooser(study, first_of_all)
     trials: list[Judged] = []
     while len(trials) < study.tune.trials:
@@ -168,7 +169,7 @@ def tune_study(
     study: str | Path | Study,
     trials: int | None = None,
     *,
-    means: Means = USUAL,
+    options: RunOptions = USUAL,
     out: str | Path | None = None,
 ) -> Tuned:
     """Find a controller's best parameters with Optuna, judged in closed loop.
@@ -177,7 +178,7 @@ def tune_study(
     ----------
     study : a study file (TOML), or a shipped study by name
     trials : how many; what the study says by default
-    means : kind of FMU, and number of processes or a Dask scheduler
+    options : kind of FMU, and number of processes or a Dask scheduler
     out : folder in which finished runs are kept, so that the same call goes on where it was interrupted
 
     Raises
@@ -187,11 +188,11 @@ def tune_study(
 
     Examples
     --------
-    >>> tuned = wl.tune("study.toml", trials=20, means=wl.Means(jobs=4), out="tuned")
+    >>> tuned = wl.tune("study.toml", trials=20, options=wl.RunOptions(jobs=4), out="tuned")
     >>> print(tuned)
     """
     asked = (study if isinstance(study, Study) else load_study(str(study))).lasting(trials)
-    with tuned(asked, means, out) as found:
+    with tuned(asked, options, out) as found:
         return found
 
 
@@ -202,7 +203,7 @@ def _table_into(folder: Path, found: Tuned) -> None:
 @contextmanager
 def tuned(
     study: Study,
-    means: Means,
+    options: RunOptions,
     out: str | Path | None,
     keep: Callable[[Path, Tuned], object] = _table_into,
 ) -> Iterator[Tuned]:
@@ -215,7 +216,7 @@ def tuned(
     def note(leader: Judged | None) -> str:
         return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"
 
-    with open_study(study.runs, means, out) as work:
+    with open_study(study.runs, options, out) as work:
         storage = Storage(study, work.fmus.digest, study.tune.storage or default_url(work.folder))
         with progress_bar(study.title) as show:
             found = tune(
@@ -227,12 +228,3 @@ def tuned(
                 keep=partial(keep, work.folder),
             )
         yield found
-
-
-def _probe(study: Study, workers: Workers) -> None:
-    """Refuse a study whose first point gives no objective: hardly any other would."""
-    point = study.shipped or {axis.name: axis.at(0.5) for axis in study.axes}
-    for probe in evaluate(study, [point], workers):
-        if probe.reason is not None:
-            where = "as shipped" if study.shipped else "in the middle of its bounds"
-            raise InputError(f"{study.name}: there is no objective {where}: {probe.reason}; mend the study")

@@ -13,16 +13,18 @@ _TYPES = {f"{name}Type": name for name in ("Real", "Integer", "Boolean", "String
 def in_words_of_fmi2(root: Any, where: str, remarks: list[str]) -> Any:
     """Give a description of FMI 1.0 as the elements and attributes that one of FMI 2.0 would have.
 
-    What offers no co-simulation has neither of the elements for an interface. InputError if a variable or an
+    What has no implementation for co-simulation is for model exchange. InputError if a variable or an
     item has no name.
     """
     found = root.makeelement(root.tag, dict(root.attrib))
-    if root.find("Implementation") is not None:
+    identifier = {"modelIdentifier": xml.required(root, "modelIdentifier", where)}
+    if root.find("Implementation") is None:
+        _child(found, "ModelExchange", identifier)
+    else:
         said = next(root.iterfind("Implementation/*/Capabilities"), None)
         flags = {} if said is None else dict(said.attrib)
         flags.pop("canInterpolateInputs", None)  # no derivatives are set
-        flags["modelIdentifier"] = xml.required(root, "modelIdentifier", where)
-        _child(found, "CoSimulation", flags)
+        _child(found, "CoSimulation", {**flags, **identifier})
     units = _child(found, "UnitDefinitions", {})
     for unit in root.iterfind("UnitDefinitions/BaseUnit"):
         _child(units, "Unit", {"name": xml.required(unit, "unit", where)})

@@ -44,4 +44,6 @@ def sizes_of(
     if major == 3:
         return count("ContinuousStateDerivative"), count("EventIndicator")
     indicators = xml.optional(root, "numberOfEventIndicators", xml.integer, where) or 0
-    return len(root.findall("ModelStructure/Derivatives/Unknown")), indicators
+    # FMI 1.0 counts the states in an attribute.
+    states = xml.optional(root, "numberOfContinuousStates", xml.integer, where)
+    return len(root.findall("ModelStructure/Derivatives/Unknown")) if states is None else states, indicators

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.public_files import BAD, Ran, judged, seen
+from benchmarks.public_files import BAD, Ran, Seen, judged, seen
+from benchmarks.public_page import files_section
 from benchmarks.trivial_fmu import build_trivial_fmu
 from warmlink.fmus.errors import InputError
 
@@ -49,3 +50,22 @@ def test_a_folder_of_files_is_run_by_both(tmp_path: Path) -> None:
     }
     with pytest.raises(InputError, match="no such folder"):
         list(seen([tmp_path / "absent"]))
+
+
+def test_the_page_counts_and_says_why(tmp_path: Path) -> None:
+    """Counts by outcome and kind, reasons of refusals, and each file that is not simply equal."""
+    kind, away = (
+        "FMI 1.0 co-simulation",
+        "warmlink: fmu: Wall.fmu holds no library for linux64 (it has: win64)",
+    )
+    found = [
+        Seen(tmp_path / "a/Mass.fmu", "same numbers", "", 2e-16, kind),
+        Seen(tmp_path / "b/Wall.fmu", "refused by both", away),
+        Seen(tmp_path / "b/Tank.fmu", "same to the FMU's tolerance", "h by 3e-05; ", 3e-5, kind),
+    ]
+    text = "\n".join(files_section(found, tmp_path))
+    assert "| the same numbers | 1 |" in text
+    assert f"| {kind} | 2 of 2 | 1 | 2e-16 |" in text
+    assert "| no library for this platform inside | 1 |" in text
+    assert "| b/Tank.fmu | the same to the FMU's tolerance | h by 3e-05; |" in text
+    assert "a/Mass.fmu" not in text

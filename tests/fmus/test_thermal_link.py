@@ -238,6 +238,28 @@ def test_heat_is_neither_made_nor_lost(seed: int) -> None:
     assert stored == pytest.approx(gained, abs=1e-9)
 
 
+def test_materials_that_vary_with_temperature_store_and_grow_as_much_as_they_say() -> None:
+    """An insulated lump: heat and growth against the integrals of c and alpha over its temperature."""
+    b, a, power, time = 1e-3, 2e-3, 50.0, 600.0
+    instance = Instance(COMPONENT)
+    insulated = {"convection_still": 0.0, "conductivity": 1e6, "hub_heat_capacity": 20.0, "heat_flow": power}
+    varying = {"specific_heat_temperature_coefficient": b, "expansion_temperature_coefficient": a}
+    instance.set({**insulated, **varying})
+    instance.initialize()
+    instance.step(0.0, time)
+    nodes, start = np.array(instance.snapshot().states[:-1]) - COLD, COLD - 295.15
+    rise = float(nodes.mean())
+    assert rise > 50
+    capacity = COMPONENT.d.read(flat(instance)[0]).heat_capacity
+    assert capacity @ (nodes + b * ((start + nodes) ** 2 - start**2) / 2) == pytest.approx(
+        power * time, rel=1e-6
+    )
+    counts = rise + a * ((start + rise) ** 2 - start**2) / 2
+    assert instance.get("elongation") == pytest.approx(23.6e-6 * (0.3170 - 0.0254) * counts, rel=1e-3)
+    constant = 23.6e-6 * (0.3170 - 0.0254) * rise
+    assert instance.get("elongation") > 1.05 * constant
+
+
 def test_an_insulated_link_keeps_all_that_it_receives() -> None:
     instance = Instance(COMPONENT)
     instance.set(

@@ -162,7 +162,7 @@ def test_a_comparison_is_plotted_and_a_mismatch_may_be_a_path(tmp_path: Path) ->
     loose.write_text('[scale]\n"motor.joint_conductance" = 0.5\n')
     work = tmp_path / "work.toml"
     work.write_text("stop_time = '5 min'\n[[segment]]\nduration = '5 min'\nspeed = '3 rad/s'\n")
-    found = wl.compare(["lag"], work, ["nominal", loose], means=wl.Means(jobs=1))
+    found = wl.compare(["lag"], work, ["nominal", loose], options=wl.RunOptions(jobs=1))
     (cells,) = wl.plot(found).data
     assert (cells.x, cells.y) == (("none", "lag"), ("work",))
     worst = max(row.outcome.max_abs_um for row in found.rows.values() if row.controller == "lag")
@@ -232,7 +232,7 @@ def test_a_script_that_compares_needs_no_guard(tmp_path: Path) -> None:
     )
     script.write_text(
         "import warmlink as wl\nprint('begun')\n"
-        "print(wl.compare(['none'], ['work.toml'], ['nominal'], means=wl.Means(jobs=1)))\n"
+        "print(wl.compare(['none'], ['work.toml'], ['nominal'], options=wl.RunOptions(jobs=1)))\n"
     )
     done = subprocess.run(
         [sys.executable, script.name], capture_output=True, text=True, check=False, cwd=tmp_path

@@ -22,7 +22,7 @@ from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import RecordTable, Result
 from warmlink.orchestration.products.compare import compare
 from warmlink.orchestration.scenarios.plausible import Declared, within_bands
-from warmlink.orchestration.studies.session import Means
+from warmlink.orchestration.studies.session import RunOptions
 
 WINDING = "motor.winding_temperature"
 
@@ -138,7 +138,7 @@ def test_the_command_says_so_and_keeps_what_means_something(
 @pytest.mark.parametrize("exact", [False, True])
 def test_a_case_that_leaves_its_band_is_marked_and_never_the_best(exact: bool, tmp_path: Path) -> None:
     cycles = [str(duty(tmp_path, 10, "15 min")), "stop_and_go"]
-    found = compare(["lag"], cycles, ["nominal"], means=Means(exact=exact))
+    found = compare(["lag"], cycles, ["nominal"], options=RunOptions(exact=exact))
     row = found.row("lag", "hot")
     assert row.outcome.stopped is not None
     assert "motor.torque is 10 N.m" in row.outcome.stopped

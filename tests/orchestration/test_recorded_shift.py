@@ -17,7 +17,7 @@ from warmlink.orchestration.scenarios.duties.duty import Duty, Recorded
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.simulation import simulate
 from warmlink.orchestration.studies.case import case_of
-from warmlink.orchestration.studies.joined import joined_systems, tried
+from warmlink.orchestration.studies.joined import differences_from_fmus, joined_systems
 from warmlink.orchestration.studies.workers import FmuSet, attempt, joined_outcomes
 from warmlink.orchestration.system.write import write_ssp
 
@@ -90,7 +90,7 @@ def test_lanes_play_tables_beside_segments(shift: Path) -> None:
         assert exact.coupling_um is not None
         assert abs(exact.max_abs_um - outcome.max_abs_um) <= exact.coupling_um
     assert len(joined_outcomes(cases, rollouts)) == 2
-    assert list(tried([], fmus, said.append)) == []
+    assert list(differences_from_fmus([], fmus, said.append)) == []
 
 
 def test_a_case_knows_its_rows(shift: Path) -> None:

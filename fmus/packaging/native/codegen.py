@@ -113,7 +113,7 @@ def _running(component: Component, plan: WirePlan | None) -> tuple[list[list[int
         groups = output_groups(component)
         parts += written_out(component, groups)
     else:
-        groups, outputs = joint_code.seen(plan)
+        groups, outputs = joint_code.output_functions(plan)
         moving = component.continuous.size > 0
         parts += [*joint_step.stepping(plan)] if moving else []
         parts += [*joint_step.slopes(plan)] if moving and not component.sampled else []

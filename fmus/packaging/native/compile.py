@@ -77,7 +77,8 @@ UNIT_FLAGS: Mapping[str, tuple[str, ...]] = {
     "deriving.c": ("-O1",),  # straight lines, which hosts ask for now and then
     "fmi2_cs.c": _FEW_BRANCHES,
     "fmi3_cs.c": _FEW_BRANCHES,
-    **dict.fromkeys(("model.c", "fmi2_rest.c", "fmi3_rest.c"), ("-O0",)),  # not a part of any step
+    # No part of any step.
+    **dict.fromkeys(("model_life.c", "model_sentences.c", "fmi2_rest.c", "fmi3_rest.c"), ("-O0",)),
 }
 """Flags of units beside those of all."""
 

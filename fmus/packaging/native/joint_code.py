@@ -55,7 +55,7 @@ def sampled_parts(plan: WirePlan) -> Iterator[tuple[str, Component, int]]:
             yield key, part, plan.places[key][2].start
 
 
-def seen(plan: WirePlan) -> tuple[list[list[int]], Iterator[Function]]:
+def output_functions(plan: WirePlan) -> tuple[list[list[int]], Iterator[Function]]:
     """Groups of the whole's outputs; `outputs_0` and so on, which compute them, and `tangent` of all."""
     index = plan.component.y.index
     blocks = [

@@ -62,7 +62,7 @@ def _moving(plan: WirePlan) -> Iterator[tuple[str, Kind]]:
 
 
 class _Linearised:
-    """Rates of a whole, and numbers of which the matrix of its steps, I - gamma step J, is made.
+    """Rates of a whole, and the numbers that make up the matrix of its steps, I - gamma step J.
 
     Within a part, it gives the matrix's elements. Between parts an element of J is a sum of products: of a
     rate's derivative by an input, and of that input's by a state.
@@ -164,7 +164,7 @@ class _Gradients:
 
 
 def _solving(linear: _Linearised, size: int) -> tuple[Any, Any]:
-    """Functions for the two stages of ROS2, of which the second takes the factors of the first."""
+    """Functions for the two stages of ROS2; the second takes the factors of the first."""
     import casadi
 
     x, step = casadi.SX.sym("x", size), casadi.SX.sym("step")

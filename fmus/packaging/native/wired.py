@@ -12,7 +12,7 @@ from warmlink.fmus.packaging.native.kinds import Kind
 
 
 class WirePlan:
-    """Where the parts of a joined component lie in its vectors, and of which kinds they are."""
+    """Where the parts of a joined component lie in its vectors, and the kind of each."""
 
     def __init__(self, component: Component) -> None:
         assert component.joint is not None

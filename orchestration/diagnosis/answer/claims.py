@@ -14,9 +14,9 @@ from warmlink.orchestration.diagnosis.answer.separation import drives, problem_w
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import names_of
 from warmlink.orchestration.diagnosis.fit.fitted import Carried, Wrong
-from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
+from warmlink.orchestration.diagnosis.ladder.prediction import Predicted
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
@@ -66,14 +66,15 @@ class Claim:
 
 
 def claims(
-    experiment: Experiment, assessment: Assessment, models: Sequence[Fit], left: Mapping[str, Wrong]
+    experiment: Experiment, assessment: Assessment, models: Sequence[Predicted], left: Mapping[str, Wrong]
 ) -> tuple[Claim, ...]:
     """Foresee the standard duty cycles.
 
     The band adds up what is uncertain in the numbers, what wanders, the one further cause below the noise
     that would matter most, how far models that explain the data alike are apart, and the share of the
     elongation that the model left unexplained in the run. The first of the models is the one
-    to use; the others cannot be told from it. `left` are the errors of its readings by column name.
+    to use; the others cannot be told from it. A model may have a machine of its own, with terms. `left` are
+    the errors of its readings by column name.
 
     Raises InputError if the growth that a controller should take out was not read, or no duty cycle drives
     the machine.
@@ -91,10 +92,19 @@ def claims(
     problem, before_them = problem_with(experiment, runs)
     share = _unexplained(experiment, grown_in, left)
     # What is wrong with logs and instruments is wrong in no other duty cycle.
-    carried = [Carried(problem, fit, plant_only=True) for fit in (*models, assessment.null)]
+    carried = [
+        Carried(
+            problem if each.model.experiment is experiment else problem_with(each.model.experiment, runs)[0],
+            each.fit,
+            plant_only=True,
+        )
+        for each in models
+    ]
+    carried.append(Carried(problem, assessment.null, plant_only=True))
     chosen = carried[0]
     grown_in = growth_of(problem)
-    further = Neighbours(models[0], assessment.search.items, ()).unnoticed()
+    with_terms = models[0].model.experiment is not experiment
+    further = [] if with_terms else Neighbours(models[0].fit, assessment.search.items, ()).unnoticed()
     unnoticed = [off for item, off in further if item.cause.kind == "plant"]
     found = []
     for run, name in enumerate(DUTIES, start=before_them):

@@ -88,6 +88,29 @@ def observer(problem: Problem, fit: Fit, truth: Fit) -> Compensated | None:
     return _largest(errors)
 
 
+def feed_forwards(
+    problem: Problem, before: Predicted, after: Predicted
+) -> tuple[Compensated, Compensated] | None:
+    """The same of two models; None if one fails in every row."""
+    first, then = feed_forward(problem, before), feed_forward(problem, after)
+    return None if first is None or then is None else (first, then)
+
+
+def observers(
+    problem: Problem, before: Predicted, after: Predicted
+) -> tuple[Compensated, Compensated] | None:
+    """The same of observers designed on two models, the second the best known; None if one fails.
+
+    Raises InputError, as `observer` does, and if the second model has an equation of heat.
+    """
+    null, chosen = before.fit, after.fit
+    if after.model.experiment is not problem.experiment:
+        raise InputError("an observer is designed for a machine's parameters, and knows no equation of heat")
+    first = observer(problem, null, chosen)
+    then = first if chosen is null else observer(problem, chosen, chosen)
+    return None if first is None or then is None else (first, then)
+
+
 def _padded(rig: Rig, run: Run) -> NDArray[np.bool_]:
     """Rows with the pad on, or on not long ago."""
     heated = np.zeros(run.time.size, dtype=bool)

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
-from warmlink.orchestration.diagnosis.answer.compensated import Compensated, feed_forward, observer
+from warmlink.orchestration.diagnosis.answer.compensated import Compensated, feed_forwards, observers
 from warmlink.orchestration.diagnosis.answer.doubtful import (
     beyond_noise,
     doubts_of,
@@ -30,6 +30,7 @@ from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
 from warmlink.orchestration.diagnosis.ladder.delivered import (
     CALIBRATED,
     CAUSES,
+    EQUATION,
     NEAREST,
     UNCORRECTED,
     Delivery,
@@ -91,7 +92,7 @@ class Diagnosis:
     def verdict_and_reason(self) -> tuple[Word, str]:
         """Verdict after the gate on prediction, and what is to be said of it."""
         word, _ = found = self._gated
-        if word == "empirical" and self._misread:
+        if word == "empirical" and doubts_of(self.assessment):
             return "unknown", "No cause is established, as a column looks like something else."
         if word == "empirical" and self.ladder.is_judged and self.delivery.base == UNCORRECTED:
             told = "none of the models predicts the held-out rows better than the uncorrected one"
@@ -208,12 +209,7 @@ class Diagnosis:
         if self.verdict == "adequate":
             return stated
         asked = unchanging_inputs(self.experiment) if self.verdict == "unknown" else ()
-        return (*self._misread, *stated) or asked
-
-    @cached_property
-    def _misread(self) -> tuple[str, ...]:
-        """Sentences on columns that look stuck, swapped or in another unit, by the uncorrected model."""
-        return doubts_of(self.assessment)
+        return (*doubts_of(self.assessment), *stated) or asked
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:
@@ -248,6 +244,15 @@ class Diagnosis:
         wander, asked = self.assessment.fitter.wander, bool(self.experiment.calibrated)
         return Delivery(self.scores, wander, self.models, self._gated[0], asked)
 
+    def with_equations(self, equations: tuple[Predicted, ...], told_apart: bool) -> Diagnosis:
+        """The same with models that have an equation for missing heat; what they cannot change stays."""
+        found = replace(self)
+        stale = ("_refused", "feed_forward", "observer", "claims", "unanswered", "remarks")
+        kept = {name: held for name, held in self.__dict__.items() if name not in stale}
+        delivery = self.delivery.with_equations(equations, told_apart)
+        found.__dict__.update({**kept, "delivery": delivery})
+        return found
+
     @property
     def ladder(self) -> Ladder:
         """Models and the plainest fits, by what they get wrong in held-out rows."""
@@ -276,22 +281,14 @@ class Diagnosis:
     @cached_property
     def feed_forward(self) -> tuple[Compensated, Compensated] | None:
         """Largest error of the model as a feed-forward, before and after."""
-        return self._refused.asked("feed_forward", self._feed_forward)
-
-    def _feed_forward(self) -> tuple[Compensated, Compensated] | None:
-        before, after = (feed_forward(self.scores.problem, p) for p in (self.before, self.adopted))
-        return None if before is None or after is None else (before, after)
+        models = self.before, self.adopted
+        return self._refused.asked("feed_forward", lambda: feed_forwards(self.scores.problem, *models))
 
     @cached_property
     def observer(self) -> tuple[Compensated, Compensated] | None:
         """Largest error of the observer designed on the model, before and after."""
-        return self._refused.asked("observer", self._observer)
-
-    def _observer(self) -> tuple[Compensated, Compensated] | None:
-        null, chosen = self.before.fit, self.adopted.fit
-        before = observer(self.scores.problem, null, chosen)
-        after = before if chosen is null else observer(self.scores.problem, chosen, chosen)
-        return None if before is None or after is None else (before, after)
+        models = self.before, self.adopted
+        return self._refused.asked("observer", lambda: observers(self.scores.problem, *models))
 
     @cached_property
     def claims(self) -> tuple[Claim, ...]:
@@ -299,9 +296,10 @@ class Diagnosis:
         return self._refused.asked("claims", self._claims) or ()
 
     def _claims(self) -> tuple[Claim, ...]:
-        alike = self.assessment.rivals if self.verdict == "ambiguous" else ()
+        by_causes = self.members if self.verdict == "ambiguous" else ()
+        alike = self.delivery.equations[1:] if self.delivered == EQUATION else by_causes
         left = self.remaining if self.causes else self.wrong
-        return claims(self.experiment, self.assessment, (self.adopted.fit, *alike), left)
+        return claims(self.experiment, self.assessment, (self.adopted, *alike), left)
 
     @cached_property
     def unanswered(self) -> Mapping[str, str]:

@@ -118,7 +118,7 @@ class _Doubts:
                         yield i, f"{name} changes {told}: is the sensor connected, and in its place?"
 
     def _in_other_units(self) -> Iterator[tuple[int, str]]:
-        """Readings that fit better in another unit than that of their header."""
+        """Readings that fit better in a unit other than that of their header."""
         for i, (name, unit, written) in enumerate(zip(self._names, self._units, self._written, strict=True)):
             own, as_it_is = _to_si(written), _rms(self._measured[:, i] - self._simulated[:, i])
             for other in _MISTAKEN.get(unit, ()):
@@ -145,7 +145,7 @@ class _Doubts:
         yield from (told for _, told in sorted(found)[-1:])
 
     def _inputs_in_other_units(self) -> Iterator[str]:
-        """The input that explains most in another unit than that of its header, if one does."""
+        """The input that explains the most if its unit is not that of its header; None if there is none."""
         rig, found = self._problem.experiment.rig, []
         as_it_is = self._share(self._simulated)
         for column in self._problem.experiment.runs[self._run].columns if not rig.in_loop else ():

@@ -9,6 +9,7 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.ladder.delivered import (
     CALIBRATED,
     CAUSES,
+    EQUATION,
     NEAREST,
     PLAIN,
     REMAINDER,
@@ -21,6 +22,7 @@ _WORDS = {
     CALIBRATED: "calibrated model",
     CAUSES: "model with the causes",
     NEAREST: "model with the nearest causes",
+    EQUATION: "model with the equation",
     REMAINDER: "model with a learnt remainder",
 }
 """What models are called in a sentence."""

@@ -90,7 +90,7 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
             alike=tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),
         )
         for i, freed in enumerate(fit.freed)
-        if (freed.calibrated or calibrated) and not freed.added
+        if (freed.calibrated or calibrated) and not freed.added and freed.variable in rig.variables
     ]
 
 

@@ -29,6 +29,9 @@ _REVERSED = -0.8
 _DEPENDS = 0.02
 """Change of a reading by that of an input from which it depends on it."""
 
+_DRIFTS = 0.5
+"""Share of a shift by which it differs between the halves of a run where one clock drifts."""
+
 _SHOWS = 10.0
 """Change of a reading, as a multiple of how exact the simulation is, from which heat shows."""
 
@@ -64,17 +67,38 @@ def slips(experiment: Experiment) -> Slips:
 
 
 def _shifted(experiment: Experiment) -> Iterator[str]:
-    rig, names = experiment.rig, names_of(experiment.columns)
+    names = names_of(experiment.columns)
     for run in experiment.runs:
-        heating = [
-            each for name, signal in run.inputs.items() for each in _heating(name, signal, rig.unit(name))
-        ]
-        found = shift(run, [name for name in run.readings if rig.unit(name) == "K"], heating)
-        if found is not None:
-            late, name = found
-            word, other = ("late", "early") if late > 0 else ("early", "late")
-            by, told = f"{abs(late):.0f} s", f"{_of(experiment, run)}{names[name]} follows the inputs"
+        found, halves = _shift_of(experiment, run), list(_in_halves(experiment, run))
+        first, second = (0.0 if each is None else each[0] for each in halves)
+        if found is None:
+            found = halves[1]
+        if found is None:
+            continue
+        late, name = found
+        word, other = ("late", "early") if late > 0 else ("early", "late")
+        by, told = f"{abs(late):.0f} s", f"{_of(experiment, run)}{names[name]} follows the inputs"
+        if late * second > 0 and abs(second) - abs(first) > _DRIFTS * abs(late) and first * second >= 0:
+            ever, pace = ("later", "fast") if late > 0 else ("earlier", "slow")
+            yield (
+                f"{told} ever {ever}, by {abs(second):.0f} s in the second half of the run: "
+                f"there are two clocks, and that of the readings runs {pace}; log both by one"
+            )
+        else:
             yield f"{told} {by} too {word}: they were logged {by} {other}, or by another clock; shift them"
+
+
+def _in_halves(experiment: Experiment, run: Run) -> Iterator[tuple[float, str] | None]:
+    """By how much the readings of each half of a run are late."""
+    early = run.time < run.time[-1] / 2
+    for part in (run.part(early), run.part(~early)):
+        yield _shift_of(experiment, replace(part, time=part.time - part.time[0]))
+
+
+def _shift_of(experiment: Experiment, run: Run) -> tuple[float, str] | None:
+    unit = experiment.rig.unit
+    heating = [each for name, signal in run.inputs.items() for each in _heating(name, signal, unit(name))]
+    return shift(run, [name for name in run.readings if unit(name) == "K"], heating)
 
 
 def _heating(name: str, signal: Array, unit: str) -> Iterator[Array]:

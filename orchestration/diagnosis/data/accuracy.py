@@ -35,7 +35,19 @@ def with_accuracy(experiment: Experiment, given: Sequence[str]) -> Experiment:
             accuracy[variable] = noise_of(experiment.rig, variable, value, where, "an error")
         else:
             accuracy |= _of_all(experiment, value)
-    return replace(experiment, accuracy=accuracy)
+    told = _judged_by_noise(experiment, accuracy)
+    return replace(experiment, accuracy=accuracy, remarks=(*experiment.remarks, *told))
+
+
+def _judged_by_noise(experiment: Experiment, accuracy: Mapping[str, float]) -> tuple[str, ...]:
+    """A remark on columns for which nobody said which error matters, where it is said of others."""
+    names = [column.name for column in experiment.columns if column.variable not in accuracy]
+    if not names or not accuracy:
+        return ()
+    unit = next(column.unit for column in experiment.columns if column.name == names[0])
+    usual = {"degC": "0.5 K", "um": "2 um"}.get(unit, f"1 {unit}")
+    say = argument("accuracy", {names[0]: usual})
+    return (f"which error matters is not said of {listed(names)}, so that noise judges it; give {say}",)
 
 
 def _refuse_unmeasured(experiment: Experiment, variable: str, where: str) -> None:

@@ -256,7 +256,9 @@ class Assignment:
         if name in (*rig.externals, *rig.columns.values()):
             return name
         meant = [each for each in rig.externals if each.rpartition(".")[2] == short]
-        return meant[0] if len(meant) == 1 else None
+        # One signal may feed several inputs, as a role says.
+        fed = rig.demanded.get(short, ())
+        return meant[0] if len(meant) == 1 else fed[0] if len(fed) == 1 else None
 
     def _refuse_unknown(self, columns: Sequence[int]) -> None:
         """Refuse to pass over a column that may be what the run lacks: a name mistyped, a speed."""

@@ -21,13 +21,16 @@ _LEAP, _STEPS = 8.0, 3.0
 """Leap to a value that stays, in standard deviations of the noise, and in steps of rounding."""
 
 _MOVES, _USUAL = 2.0, 0.9
-"""Times by which such a leap is larger than most other moves from row to row, and the share of these."""
+"""Times by which such a leap is larger than most moves from row to row, and the share of these."""
 
 _LOOSE, _TURNS, _APART = 4, 2, 3
 """Leaps of a loose contact at least, their turns, and rows from one to the next at most."""
 
 _BESIDE, _LASTING, _ALONE = 15, 6, 2.0
 """Rows on each side that a lasting step is compared with, rows that it lasts, and times that it is faster."""
+
+_SHARE = 1e-3
+"""Share of the readings' range below which no leap is worth a word."""
 
 _FEWEST = 30
 
@@ -51,15 +54,13 @@ def stuck(times: Array, values: Array) -> Rows:
     lengths = ends - begins
     moves = np.abs(np.diff(read))
     noise, step = _noise(times[rows][begins], read[begins]), quantum(values)
-    found = []
+    usual = float(np.quantile(moves[moves > 0], _USUAL))
+    leap, found = max(_LEAP * noise, _STEPS * step, _MOVES * usual), []
     for first, last, length in zip(begins.tolist(), ends.tolist(), lengths.tolist(), strict=True):
         if length < _HELD:
             continue
         before = abs(read[first] - read[first - 1]) if first else np.inf
         after = abs(read[last] - read[last - 1]) if last < read.size else np.inf
-        beside = np.delete(moves, [i for i in (first - 1, last - 1) if 0 <= i < moves.size])
-        usual = float(np.quantile(beside[beside > 0], _USUAL)) if beside.any() else 0.0
-        leap = max(_LEAP * noise, _STEPS * step, _MOVES * usual)
         others = read.size - length
         again = (read.size - lengths.size) - (length - 1)
         noisy = others >= _FEWEST and again <= _RARE * others and not step
@@ -84,7 +85,7 @@ def loose(times: Array, values: Array, driven: Rows | None = None) -> Rows:
         return rows[:0]
     read = values[rows]
     moves = np.diff(read)
-    limit = max(_LEAP * _noise(times[rows], read), _STEPS * quantum(values))
+    limit = max(_LEAP * _noise(times[rows], read), _STEPS * quantum(values), _SHARE * np.ptp(read))
     large = np.flatnonzero(np.abs(moves) > limit)
     if driven is not None:
         large = large[~np.isin(rows[large + 1], np.concatenate([driven, driven + 1]))]
@@ -108,7 +109,7 @@ def shifted(times: Array, values: Array, driven: Rows | None = None) -> list[tup
         return []
     read, at = values[rows], times[rows]
     moves, apart = np.diff(read), np.diff(at)
-    limit = max(_LEAP * _noise(at, read), _STEPS * quantum(values))
+    limit = max(_LEAP * _noise(at, read), _STEPS * quantum(values), _SHARE * np.ptp(read))
     found = []
     for i in np.flatnonzero(np.abs(moves) > limit).tolist():
         beside = np.r_[max(i - _BESIDE, 0) : i, i + 1 : min(i + 1 + _BESIDE, moves.size)]

@@ -266,11 +266,12 @@ class Carried:
     fit : the model
     plant_only : leave out causes in logs and instruments, which are wrong in the fitted runs alone
 
-    The model's numbers in the problem are `freed`, its slots by run `values`, shape (slots,) each.
+    The model's numbers in the problem are `freed`, its slots by run `values`, shape (slots,) each; the
+    machine that has them is that of its `experiment`.
     """
 
     def __init__(self, problem: Problem, fit: Fit, plant_only: bool = False) -> None:
-        self.fit, self._problem = fit, problem
+        self.fit, self._problem, self.experiment = fit, problem, problem.experiment
         fitted = {f.key: v for f, v in fit.values.items()}
         items = [i for i in problem.items if i.title in fit.key]
         kept = [i for i in items if i.cause.kind == "plant" or not plant_only]

@@ -26,7 +26,7 @@ _BEYOND = 10.8
 """Chi-square that a bound must cost, by chance in one of a thousand, before it rejects what lies on it."""
 
 _SMALL, _SHARE = 0.2, 1e-3
-"""Decrease of chi-square below which a fit has arrived: that, or a share of what it leaves unexplained."""
+"""Decrease of chi-square below which a fit has converged: absolute, or as a share of chi-square."""
 
 _NOTHING = 1e-9
 """Change of all residuals together, in standard deviations, that is one of rounding alone."""
@@ -53,7 +53,7 @@ class FitPoint:
         return cls(chi2, tuple(gram[1:, 1:] for gram in grams), tuple(gram[1:, 0] for gram in grams))
 
     def moved(self, numbers: Numbers, change: Array, overriding: Numbers) -> FitPoint:
-        """The same, by the linearisation, where numbers of all that are `overriding` have changed."""
+        """The same by the linearisation, after some of the `overriding` numbers have changed."""
         chi2, gradient = self.chi2, []
         for run, (gram, slope) in enumerate(zip(self.gram, self.gradient, strict=True)):
             step = slots_of(numbers, slope.size, run, overriding) @ change

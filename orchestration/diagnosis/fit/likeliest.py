@@ -77,7 +77,7 @@ class Integrated:
         return point.chi2 + constant
 
     def smoothed(self, run: int, wander: Wander) -> tuple[Array, Array]:
-        """Values at the nodes of all that wanders, shape (values,), and their covariance."""
+        """Values of the wandering signals at their nodes, shape (values,), and their covariance."""
         _, across, inner = self._grams[run]
         root = self.responses.root(run, wander)
         covariance = root @ np.linalg.solve(np.eye(len(root)) + root.T @ inner @ root, root.T)

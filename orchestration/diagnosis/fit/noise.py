@@ -257,7 +257,7 @@ def _long_run(memory: float, share: float, step: float) -> float:
 
 
 def _robust_mean(power: Array) -> float:
-    """Mean of squares, the few largest of which are limited: a spike that was missed must not rule."""
+    """Mean of squares with the few largest ones limited, so that a missed spike does not dominate."""
     mean = float(np.mean(power))
     for _ in range(3):
         mean = float(np.mean(np.minimum(power, 25 * mean)))

@@ -15,7 +15,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.fitting import Fitter
 
 _LAG = 300.0
-"""s by which one of an input's courses is late: heat follows later than a fault of an instrument."""
+"""Time constant in s of the delayed course of an input: heat follows later than an instrument's fault."""
 
 _VARIES = 1e-9
 """Share of its size by which an input must change for anything to follow it."""

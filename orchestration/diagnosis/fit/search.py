@@ -188,7 +188,7 @@ class Search:
 
     @cached_property
     def _clocks(self) -> list[Item]:
-        """Clocks of all that is logged, which are always tried where something is wrong.
+        """Clocks of all logged columns, which are always tried if something is wrong.
 
         That all leaps come sooner counts as noise, so that what is linear in a clock promises nothing.
         """

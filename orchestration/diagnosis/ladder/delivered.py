@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.fit.wandering import Wander
 from warmlink.orchestration.diagnosis.ladder.baselines import baselines
 from warmlink.orchestration.diagnosis.ladder.prediction import MISSED, Predicted, Scores
 from warmlink.orchestration.diagnosis.ladder.predictor import Predictor, predictor_of
-from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, remainder
+from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, leaves_out_runs, remainder
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder, Rung
 from warmlink.orchestration.diagnosis.ladder.signals import growth_output, signals_of
 
@@ -23,6 +23,9 @@ UNCORRECTED, CALIBRATED, CAUSES = "uncorrected", "calibrated", "with causes"
 
 NEAREST = "nearest causes"
 """The rung of causes that do not explain what is wrong."""
+
+EQUATION = "with equation"
+"""The rung of the model with an equation for the heat that it lacks."""
 
 REMAINDER = "with remainder"
 """The rung of the best of these models with what was learnt of the rest."""
@@ -100,6 +103,8 @@ class Delivery:
     models : by the name of their rung, the uncorrected one first
     verdict : on the causes, after the gate
     declared : whether the user named what to calibrate
+    equations : models with an equation for the heat that is missing, which data cannot tell apart, best first
+    told_apart : whether they explain the run better than causes do
     """
 
     scores: Scores
@@ -107,6 +112,15 @@ class Delivery:
     models: Mapping[str, Predicted]
     verdict: Word
     declared: bool
+    equations: tuple[Predicted, ...] = ()
+    told_apart: bool = True
+
+    def with_equations(self, equations: tuple[Predicted, ...], told_apart: bool) -> Delivery:
+        """The same with equations beside the other models, of which nothing is judged anew."""
+        found = replace(self, equations=equations, told_apart=told_apart)
+        held = ("_plainest", "base", "_is_off", "_learnt", "_modelled", "best_model", "plain")
+        found.__dict__.update({name: self.__dict__[name] for name in held if name in self.__dict__})
+        return found
 
     @cached_property
     def _plainest(self) -> Ladder:
@@ -125,28 +139,38 @@ class Delivery:
 
     @cached_property
     def _learnt(self) -> tuple[str, Remainder] | None:
-        """The model with the remainder that leaves least in blocks of fitted rows, and that remainder.
+        """The model that is best with its remainder, and that remainder.
 
-        None if nothing is held out, or the best model is within the noise there.
+        A remainder corrects the channels alone that held-out rows tell clearly better with it. None if none
+        is such, or nothing is held out, or the best model is within the noise there, or other duty cycles
+        cannot speak: whole runs are held out for that, or each of several fitted ones in turn.
         """
-        if not self._is_off:
+        if not (self._is_off and (self._plainest.judges_whole_runs or leaves_out_runs(self.scores.problem))):
             return None
-        tried = {
-            name: remainder(self.scores.problem, each.readings)
-            for name, each in self.models.items()
-            if _may_be_chosen(name, self._plainest)
-        }
-        found = [(name, each) for name, each in tried.items() if each is not None]
-        return min(found, key=lambda each: each[1].left, default=None)
+        ladder, found = self._plainest, []
+        for name, model in self.models.items():
+            if not _may_be_chosen(name, ladder):
+                continue
+            whole = remainder(self.scores.problem, model.readings)
+            kept = [] if whole is None else self._better_with(whole, ladder.named(name))
+            if whole is not None and kept:
+                part = whole.only(kept, self.scores.problem, model.readings)
+                found.append((ladder.score(_with(part)), name, part))
+        return min(found, key=lambda each: each[0])[1:] if found else None
+
+    def _better_with(self, learnt: Remainder, model: Rung) -> list[str]:
+        """Variables that held-out rows tell clearly better with a remainder than by its model alone."""
+        ladder, rung = self._plainest, _with(learnt)
+        variables = enumerate(self.scores.problem.variables)
+        return [name for i, name in variables if ladder.best_in(i, [rung], model) is not None]
 
     @cached_property
     def _modelled(self) -> Ladder:
         """The ladder of all models, the learnt remainder included."""
-        plain, count = self._plainest, len(self.models)
+        plain = self._plainest
         if self._learnt is None:
             return plain
-        rung = Rung(REMAINDER, "simulation", self._learnt[1].readings, is_model=True)
-        return replace(plain, rungs=(*plain.rungs[:count], rung, *plain.rungs[count:]))
+        return plain.with_model(_with(self._learnt[1]))
 
     @cached_property
     def best_model(self) -> str:
@@ -174,6 +198,29 @@ class Delivery:
     @cached_property
     def ladder(self) -> Ladder:
         """Models and the plainest fits, by what they get wrong in held-out rows."""
+        ladder = self._without_equation
+        if not self.equations:
+            return ladder
+        readings, numbers = self.equations[0].readings, len(self.equations[0].fit.freed)
+        return ladder.with_model(Rung(EQUATION, "simulation", readings, numbers, is_model=True))
+
+    @cached_property
+    def by_equation(self) -> bool:
+        """Whether the model with the equation is delivered.
+
+        Of two that predict alike it is the one that the fitted rows establish.
+        """
+        if not self.equations or not self.ladder.is_judged:
+            return bool(self.equations) and self.told_apart
+        other = PLAIN if self.plain else self.best_model
+        names = (EQUATION, other) if self.told_apart else (other, EQUATION)
+        rungs = [self.ladder.named(each) for each in names]
+        rungs = [each for each in rungs if each.name == other or not self.ladder.is_worse_in_growth(each)]
+        return self.ladder.simplest_of_the_best(rungs).name == EQUATION
+
+    @property
+    def _without_equation(self) -> Ladder:
+        """The ladder of all other models, plain fits in the place of the best model's channels included."""
         ladder = self._modelled
         if not self.plain:
             return ladder
@@ -181,28 +228,33 @@ class Delivery:
         for channel, rung in self.plain.items():
             for table, said in zip(tables, rung.readings, strict=True):
                 table[:, channel] = said[:, channel]
-        whole = Rung(PLAIN, "simulation", tuple(tables), is_model=True)
-        count = sum(each.is_model for each in ladder.rungs)
-        return replace(ladder, rungs=(*ladder.rungs[:count], whole, *ladder.rungs[count:]))
+        return ladder.with_model(Rung(PLAIN, "simulation", tuple(tables), is_model=True))
 
     @property
     def name(self) -> str:
         """Name of the rung that is delivered."""
+        if self.by_equation:
+            return EQUATION
         return PLAIN if self.plain else self.best_model
 
     @property
     def remainder(self) -> Remainder | None:
         """The learnt remainder that is delivered, if one is."""
-        return self._learnt[1] if self.best_model == REMAINDER and self._learnt else None
+        learnt = self.best_model == REMAINDER and not self.by_equation
+        return self._learnt[1] if learnt and self._learnt else None
 
     @property
     def model(self) -> str:
         """Name of the rung of the model that is delivered, what stands beside it aside."""
+        if self.by_equation:
+            return EQUATION
         return self._learnt[0] if self.best_model == REMAINDER and self._learnt else self.best_model
 
     @cached_property
     def adopted(self) -> Predicted:
         """The model that is delivered, with what stands beside it."""
+        if self.by_equation:
+            return self.equations[0]
         return replace(self.models[self.model], readings=self.ladder.named(self.name).readings)
 
     @cached_property
@@ -238,6 +290,11 @@ class Delivery:
             for channel, rung in plain.items()
         }
         return predictor_of(self.scores.problem, ladder.runs, fits, name, description)
+
+
+def _with(learnt: Remainder) -> Rung:
+    """The rung of a model with its remainder."""
+    return Rung(REMAINDER, "simulation", learnt.readings, is_model=True)
 
 
 def _is_usable(rung: Rung, channel: int) -> bool:

@@ -1,12 +1,16 @@
 """A plain calibration of a machine's usual parameters, which asks for no cause.
 
-Errors of a model that lacks something are no noise: each channel counts by what is left in it, and as many
-rows as a slow course has independent ones. Numbers are held near their usual values by a prior. Spikes are
-weighed down by the loss (P. J. Huber, Annals of Mathematical Statistics 35 (1964) 73-101, smoothed).
+Errors of a model that lacks something are no noise: each channel counts by a share of how far it goes, and
+as many rows as a slow course has independent ones. The share is the same in all runs, so that no run counts
+less because the model is bad in it. Numbers are held near their usual values by a prior, sizes by their
+logarithm: what a log does not tell apart, as copper loss and friction at one speed and torque, stays as it is
+usually, or duty cycles that were never seen would be foretold worse than before. Spikes are weighed down by
+the loss (P. J. Huber, Annals of Mathematical Statistics 35 (1964) 73-101, smoothed).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -21,11 +25,21 @@ from warmlink.orchestration.progress import Progress, unseen
 _INDEPENDENT = 30.0
 """Independent errors that count in each channel of a run, however many rows it has."""
 
-_APART, _MATERIAL, _ADDED = 0.5, 0.03, 0.2
-"""By how much of itself a usual value is off, 1 sigma; a material's; and of its bounds what is usually 0."""
+_MISSING, _ADDED = 0.02, 0.1
+"""Shares of how far a channel goes: what a model that lacks something leaves, and what a number that is
+usually 0 adds to the channel that it moves most, 1 sigma."""
 
-_ROUNDS, _MOST_EVALUATIONS = 2, 12
-"""Times that the channels' weights are taken anew, and simulations in each."""
+_APART, _MATERIAL = 0.3, 0.03
+"""By how much of itself a usual value is off, 1 sigma, and a material's."""
+
+_LARGEST = 0.2
+"""Share of its bounds by which a number that is usually 0 is off, at most."""
+
+_FAR = 8.0
+"""Standard deviations of the prior beyond which nothing is sought."""
+
+_MOST_EVALUATIONS = 15
+"""Simulations of all fitted rows."""
 
 
 def usual_items(problem: Problem) -> tuple[Item, ...]:
@@ -41,62 +55,83 @@ def plainly_calibrated(fitter: Fitter, progress: Progress = unseen) -> Fit | Non
     freed = tuple(f for item in items for f in item.freed)
     if not freed:
         return None
-    start, lower, upper = np.array([(f.start, f.lower, f.upper) for f in freed]).T
-    spread = np.array([_off(item.cause.material, f) for item in items for f in item.freed])
-    sought = _Residuals(problem, freed, start, spread)
-    place = np.zeros(len(freed))
-    low, high = (lower - start) / spread - 1e-9, (upper - start) / spread + 1e-9
-    for k in range(_ROUNDS):
-        sought.weigh(place)
+    apart = [_MATERIAL if item.cause.material else _APART for item in items for _ in item.freed]
+    sought = _Residuals(problem, freed, np.array(apart))
 
-        def residual(at: Array, k: int = k) -> Array:
-            progress("plain calibration", k / _ROUNDS)
-            return sought(at)[0]
+    def residual(place: Array) -> Array:
+        progress(f"plain calibration of {len(freed)} numbers", 0.0)
+        return sought(place)[0]
 
-        found: Any = least_squares(
-            residual,
-            place,
-            lambda at: sought(at)[1],
-            bounds=(low, high),
-            loss="soft_l1",
-            f_scale=3.0,
-            ftol=1e-4,
-            xtol=1e-4,
-            max_nfev=_MOST_EVALUATIONS,
-        )
-        place = found.x
-    theta = np.clip(start + spread * place, lower, upper)
+    found: Any = least_squares(
+        residual,
+        np.zeros(len(freed)),
+        lambda place: sought(place)[1],
+        bounds=sought.bounds,
+        loss="soft_l1",
+        f_scale=3.0,
+        ftol=1e-4,
+        xtol=1e-4,
+        max_nfev=_MOST_EVALUATIONS,
+    )
+    theta = sought.values(found.x)
     return Fit(items, freed, theta, fitter.at(freed, theta), (False,) * len(freed))
 
 
-def _off(material: bool, number: FreeNumber) -> float:
-    """By how much a number is usually off, 1 sigma in SI."""
-    return (_MATERIAL if material else _APART) * abs(number.start) or _ADDED * number.span
-
-
 class _Residuals:
-    """Weighted errors on fitted rows and distances from the usual values, with derivatives by places."""
+    """Weighted errors on fitted rows, and places: distances from the usual values in units of the prior.
 
-    def __init__(self, problem: Problem, freed: tuple[FreeNumber, ...], start: Array, spread: Array) -> None:
-        self._problem, self._freed, self._start, self._spread = problem, freed, start, spread
-        self._weights = [np.ones(len(problem.variables)) for _ in problem.data]
+    Parameters
+    ----------
+    problem : with the fitted rows
+    freed : numbers
+    spread : by how much of itself each is usually off, 1 sigma, shape (numbers,)
+    """
+
+    def __init__(self, problem: Problem, freed: Sequence[FreeNumber], spread: Array) -> None:
+        self._problem, self._freed = problem, tuple(freed)
+        self._start, self._lower, self._upper = np.array([(f.start, f.lower, f.upper) for f in freed]).T
+        self._is_size = self._start > 0
+        goes = _how_far(problem)
+        self._scales = [
+            np.hypot(problem.scatter_in(run), _MISSING * goes) for run in range(len(problem.data))
+        ]
+        self._counts = [
+            np.maximum(np.isfinite(data.readings[data.fitted]).sum(axis=0), 1) for data in problem.data
+        ]
+        self._spread = np.where(self._is_size, spread, self._added(goes))
         self._at: tuple[bytes, Array, Array] | None = None
 
-    def weigh(self, place: Array) -> None:
-        """Take each channel's weight from what is left in it at some place, by run."""
-        for run, (error, _) in enumerate(self._errors(place)):
-            count = np.maximum(np.isfinite(error).sum(axis=0), 1)
-            with np.errstate(invalid="ignore"):
-                typical = 1.4826 * np.nan_to_num(
-                    np.nanmedian(np.abs(np.where(count > 1, error, 0.0)), axis=0)
-                )
-            size = np.maximum(typical, self._problem.scatter_in(run))
-            self._weights[run] = np.minimum(1.0, np.sqrt(_INDEPENDENT / count)) / size
-        self._at = None
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Places of the bounds, as far as anything is sought, shape (numbers,) each."""
+        least = np.where(self._is_size, self._start * np.exp(-_FAR), 0.0)
+        low = self._place(np.maximum(self._lower, np.where(self._is_size, least, self._lower)))
+        high = self._place(self._upper)
+        return np.maximum(low, -_FAR) - 1e-9, np.minimum(high, _FAR) + 1e-9
 
-    def _errors(self, place: Array) -> list[tuple[Array, Array]]:
+    def _place(self, theta: Array) -> Array:
+        ratio = np.where(self._is_size, theta / np.where(self._is_size, self._start, 1.0), 1.0)
+        return np.where(self._is_size, np.log(ratio), theta - self._start) / self._spread
+
+    def values(self, place: Array) -> Array:
+        """Numbers in SI at a place."""
+        grown = np.exp(np.where(self._is_size, self._spread * place, 0.0))
+        theta = np.where(self._is_size, self._start * grown, self._start + self._spread * place)
+        return np.clip(theta, self._lower, self._upper)
+
+    def _added(self, goes: Array) -> Array:
+        """By how much a number that is usually 0 is off, 1 sigma: so that it adds a share to some channel."""
+        adds = np.zeros(len(self._freed))
+        for run, (_, by) in enumerate(self._errors(self._start)):
+            rows = by[self._problem.data[run].fitted]
+            if rows.size:
+                adds = np.maximum(adds, (np.sqrt(np.mean(rows**2, axis=0)) / goes[:, None]).max(axis=0))
+        span = _LARGEST * (self._upper - self._lower)
+        return np.minimum(_ADDED / np.maximum(adds, _ADDED / span), span)
+
+    def _errors(self, theta: Array) -> list[tuple[Array, Array]]:
         """Errors by run, NaN where not fitted, shape (rows, channels), and derivatives by numbers."""
-        theta, result = self._start + self._spread * place, []
+        result = []
         for run, data in enumerate(self._problem.data):
             values, by_slot = self._problem.predict(run, self._problem.values(run, self._freed, theta))
             error = np.where(data.fitted[:, None], data.readings - values, np.nan)
@@ -104,18 +139,29 @@ class _Residuals:
         return result
 
     def __call__(self, place: Array) -> tuple[Array, Array]:
+        """Residuals, the places among them, and their derivatives by places."""
         key = place.tobytes()
         if self._at is None or self._at[0] != key:
+            theta = self.values(place)
             try:
-                every = self._errors(place)
+                every = self._errors(theta)
             except NotSimulatedError:
                 if self._at is None:
                     raise
                 return 1e3 * np.abs(self._at[1]), self._at[2]
+            rise = self._spread * np.where(self._is_size, theta, 1.0)
             residuals, slopes = [place], [np.eye(place.size)]
-            for (error, by_place), weight in zip(every, self._weights, strict=True):
-                good = np.isfinite(error)
+            for (error, by), scale, count in zip(every, self._scales, self._counts, strict=True):
+                weight, good = np.minimum(1.0, np.sqrt(_INDEPENDENT / count)) / scale, np.isfinite(error)
                 residuals.append((error * weight)[good])
-                slopes.append(-(by_place * weight[:, None] * self._spread)[good])
+                slopes.append(-(by * weight[:, None] * rise)[good])
             self._at = key, np.concatenate(residuals), np.concatenate(slopes)
         return self._at[1], self._at[2]
+
+
+def _how_far(problem: Problem) -> Array:
+    """How far each channel goes on the fitted rows of all runs, or its scatter, in SI, shape (channels,)."""
+    least = np.max([problem.scatter_in(run) for run in range(len(problem.data))], axis=0)
+    rows = np.concatenate([data.readings[data.fitted] for data in problem.data])
+    read = [column[np.isfinite(column)] for column in rows.T]
+    return np.maximum([np.ptp(column) if column.size else 0.0 for column in read], least)

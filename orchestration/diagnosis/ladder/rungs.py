@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -61,6 +61,11 @@ class Ladder:
     def named(self, name: str) -> Rung:
         """The rung of a name."""
         return next(each for each in self.rungs if each.name == name)
+
+    def with_model(self, rung: Rung) -> Ladder:
+        """The same with one more model behind the others."""
+        count = sum(each.is_model for each in self.rungs)
+        return replace(self, rungs=(*self.rungs[:count], rung, *self.rungs[count:]))
 
     def plain(self, question: Question) -> list[Rung]:
         """The plain fits that answer a question."""

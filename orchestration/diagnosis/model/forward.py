@@ -152,7 +152,7 @@ class Forward(Simulation):
         return self._drawn(self.steps, states, left, right)
 
     def _drawn(self, steps: Steps, states: Array, left: Array, right: Array) -> _Tables:
-        """States and slopes, of which those of the thin states are drawn through these."""
+        """States and slopes; a curve through them gives those of the thin states."""
         if self._thin.size:
             left[:, self._thin], right[:, self._thin] = _drawn(steps, states[:, self._thin])
         return states, left, right

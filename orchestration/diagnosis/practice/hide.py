@@ -32,7 +32,7 @@ from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 @dataclass(frozen=True)
 class Noise:
-    """What the instruments add: 1 sigma in K and m, a share of whose variance is correlated over `minute` s.
+    """Noise of the instruments: 1 sigma in K and m; a share of the variance is correlated over `minute` s.
 
     Temperatures are rounded to steps of `quantum` in K, the elongation in um, 0 for none; `spikes` is the
     share of readings that are spikes of 10 to 30 sigma.

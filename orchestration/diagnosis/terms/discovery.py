@@ -20,16 +20,20 @@ from warmlink.orchestration.diagnosis.terms.gates import (
     unstable,
     with_other_levels,
 )
+from warmlink.orchestration.diagnosis.terms.linear import LinearFit, without_idle_numbers
 from warmlink.orchestration.diagnosis.terms.missing import Missing, PlaceHeat
 from warmlink.orchestration.diagnosis.terms.modelled import Modelled
-from warmlink.orchestration.diagnosis.terms.search import FittedTerms, TermSearch
+from warmlink.orchestration.diagnosis.terms.search import FittedTerms, TermSearch, is_near
 from warmlink.orchestration.progress import Progress, unseen
 
 Finding = Literal["equation", "ambiguous", "catalogue", "none"]
 """One equation; a set that the data cannot tell apart; a cause of the catalogue; none earns its place."""
 
-_SAME = 4.0
-"""Chi-square between two models' readings below which they say the same."""
+_LOOP = (
+    "FMUs of this machine are simulated in a loop, so that what its readings answer to heat at every moment "
+    "would take a run for each"
+)
+"""Why nothing is looked for in a machine whose equations are hidden in FMUs."""
 
 MOST_MEMBERS = 12
 """Equations of a set, at most."""
@@ -46,7 +50,7 @@ class Discovery:
     tried : the best model that was tried, whatever became of it
     because : why no equation earns its place, or which cause it is
     missing : missing heat by place and run, the likeliest place first
-    foretold : what the best member says of the whole experiment
+    foretold : what each member says of the whole experiment
     causes : causes of the catalogue that together explain the run as well as the members
     thought_of : forms at places that were thought of
     bare_score : score of the model without terms; a member's is lower
@@ -57,7 +61,7 @@ class Discovery:
     tried: FittedTerms | None = None
     because: str = ""
     missing: tuple[PlaceHeat, ...] = ()
-    foretold: Foretold | None = None
+    foretold: tuple[Foretold, ...] = ()
     causes: tuple[str, ...] = ()
     thought_of: int = 0
     bare_score: float = float("nan")
@@ -96,7 +100,7 @@ def discover(
     before : held-out errors of the model as it stands
     """
     if experiment.rig.in_loop:
-        return Discovery("none", because="FMUs whose equations nobody knows are simulated in a loop")
+        return Discovery("none", because=_LOOP)
     if verdict == "adequate":
         return Discovery("none", because="nothing is wrong beyond the noise")
     progress("terms: missing heat", 0.0)
@@ -104,7 +108,7 @@ def discover(
     if not missing.places:
         return Discovery("none", because=f"{experiment.rig.name} has no motor and no link that takes heat")
     search = TermSearch(assessment, missing, progress)
-    by_causes = search.bare_score - _catalogue_gain(search, verdict)
+    by_causes = _catalogue_score(search, verdict)
     explaining = search.run(by_causes + NEAR)
     found = Discovery(
         "none",
@@ -120,8 +124,14 @@ def discover(
         return replace(found, finding="catalogue", because=because)
     if not explaining:
         return replace(found, because="none of the candidates explains the run to within the noise")
-    near = [each for each in explaining if each.score < explaining[0].score + NEAR]
-    near = _without_idle_numbers(near)[:MOST_MEMBERS]
+    best = explaining[0]
+    near = [
+        each
+        for each in explaining
+        if is_near(each.score - best.score, each.model.fit.chi2 - best.model.fit.chi2)
+    ]
+    linear = [LinearFit(missing, each.model.refitted().candidates) for each in near]
+    near = [near[i] for i in without_idle_numbers(linear)][:MOST_MEMBERS]
     wander = assessment.fitter.wander
     passed, why = _through_the_gates(
         near, missing, before, experiment, lambda model: foretold(model, experiment, scores, wander)
@@ -134,7 +144,9 @@ def discover(
             because = f"it is {_named(causes)} of the catalogue"
             return replace(found, finding="catalogue", because=because)
         found = replace(found, causes=causes)
-    found = replace(found, members=tuple(each for each, _ in passed), foretold=passed[0][1])
+    found = replace(
+        found, members=tuple(each for each, _ in passed), foretold=tuple(each for _, each in passed)
+    )
     if (cause := _disguise(found.best)) and len(passed) == 1 and not found.causes:
         return replace(found, finding="catalogue", because=f"it is {_named([cause])} of the catalogue")
     return replace(found, finding="equation" if len(passed) == 1 and not found.causes else "ambiguous")
@@ -165,16 +177,6 @@ def _through_the_gates(
     return sorted(passed, key=lambda each: each[1].held_out.in_noise if each[1].held_out else 0.0), why
 
 
-def _without_idle_numbers(near: list[FittedTerms]) -> list[FittedTerms]:
-    """Models but for those that say the same as one with fewer numbers, as a dead zone of no width."""
-    kept: list[FittedTerms] = []
-    for each in sorted(near, key=lambda tried: tried.model.numbers):
-        simpler = (other for other in kept if other.model.numbers < each.model.numbers)
-        if not any(np.sum((each.model.left - other.model.left) ** 2) < _SAME for other in simpler):
-            kept.append(each)
-    return sorted(kept, key=lambda tried: tried.score)
-
-
 def _named(causes: Iterable[str]) -> str:
     """Names of causes, each with those that no data tell from it."""
     every = ((name, [each.name for each in catalogue() if each.twin_of == name]) for name in causes)
@@ -187,11 +189,10 @@ def _disguise(tried: FittedTerms) -> str:
     return candidates[0].cause if len(candidates) == 1 else ""
 
 
-def _catalogue_gain(search: TermSearch, verdict: Word) -> float:
-    """Gain of the causes that were found, less their description; minus infinity if they explain nothing."""
+def _catalogue_score(search: TermSearch, verdict: Word) -> float:
+    """Score of the causes that were found, with their description; infinity if they explain nothing."""
     if verdict not in ("named", "ambiguous"):
-        return -np.inf
-    found, best = search.assessment.search, search.assessment.best
-    named = 2 * float(np.log(max(len(found.items), 2))) * len(best.items)
-    numbers = search.of_number * sum(len(item.freed) for item in best.items)
-    return float(found.null.chi2 - best.chi2 - named - numbers)
+        return np.inf
+    best = search.assessment.best
+    named = 2 * float(np.log(max(len(search.assessment.search.items), 2))) * len(best.items)
+    return best.chi2 + named + search.of_number * sum(len(item.freed) for item in best.items)

@@ -12,34 +12,35 @@ import numpy as np
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values
+from warmlink.orchestration.diagnosis.answer.ladder import ladder_lines
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.ladder.delivered import EQUATION
 from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
-from warmlink.orchestration.diagnosis.ladder.rungs import Rung
 from warmlink.orchestration.diagnosis.terms.discovery import Discovery, discover
 from warmlink.orchestration.diagnosis.terms.library import Candidate
-from warmlink.orchestration.diagnosis.terms.modelled import Modelled, with_equation
+from warmlink.orchestration.diagnosis.terms.modelled import Modelled, places_of, with_equation
 from warmlink.orchestration.diagnosis.terms.next_experiment import Rival, next_for
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 _SIGMA = 1.96
-_MOST_TOLD = 4
-"""Equations of a set that the words list."""
+MOST_ALIKE = 4
+"""Equations of a set that the words list, and that widen what is foreseen."""
 
 
 @dataclass(frozen=True)
 class Equation:
-    """A diagnosis with what was found of an equation for missing heat."""
+    """A diagnosis whose ladder has what was found of an equation for missing heat."""
 
     diagnosis: Diagnosis
     discovery: Discovery
 
     @property
     def extends(self) -> bool:
-        """Whether the extended model is the one with the equation."""
-        return self.discovery.extends
+        """Whether the model to use from now on, which is the extended one, is that with the equation."""
+        return self.diagnosis.delivered == EQUATION
 
     @cached_property
     def proposed(self) -> Proposed | None:
@@ -55,11 +56,10 @@ class Equation:
     @cached_property
     def held_out(self) -> dict[str, tuple[float, float]]:
         """Held-out error in SI by channel, as the model stands and with the best equation."""
-        said, ladder = self.discovery.foretold, self.diagnosis.ladder
-        if said is None or not ladder.is_judged:
+        ladder = self.diagnosis.ladder
+        if not self.discovery.found or not ladder.is_judged:
             return {}
-        rung = Rung("with equation", "simulation", said.predicted.readings)
-        before, after = ladder.rms(ladder.rungs[0]), ladder.rms(rung)
+        before, after = ladder.rms(ladder.rungs[0]), ladder.rms(ladder.named(EQUATION))
         return {name: (before[name], after[name]) for name in before if name in after}
 
     @property
@@ -83,8 +83,8 @@ class Equation:
         elif found.finding == "ambiguous":
             count = len(found.members)
             told.append(f"These data cannot tell {count + bool(found.causes)} explanations apart:")
-            told += [f"  {equation_of(each.model)}" for each in found.members[:_MOST_TOLD]]
-            told += [f"  and {count - _MOST_TOLD} more equations"] if count > _MOST_TOLD else []
+            told += [f"  {equation_of(each.model)}" for each in found.members[:MOST_ALIKE]]
+            told += [f"  and {count - MOST_ALIKE} more equations"] if count > MOST_ALIKE else []
             told += [f"  or the causes {' and '.join(found.causes)}"] if found.causes else []
         else:
             told.append(f"No equation earns its place: {found.because}.")
@@ -92,25 +92,20 @@ class Equation:
                 told.append(f"The best that was tried: {equation_of(found.tried.model)}.")
         if found.missing and found.finding != "catalogue":
             told.append(f"Missing heat, if all of it enters one place: {found.missing[0].sentence}.")
-        if self.extends:
-            told += self._gain()
-        elif found.found:
+        if found.causes and not self.extends:
             told.append("The model with the causes stays the one to use until they are told apart.")
         if self.proposed is not None:
             told.append(f"Next: {self.proposed.why}")
         return told
 
-    def _gain(self) -> list[str]:
-        if not self.held_out:
-            return []
-        growth = self.diagnosis.ladder.growth
-        names = self.diagnosis.ladder.channels
-        name = names[growth] if growth is not None else next(iter(self.held_out))
-        before, after = self.held_out.get(name, next(iter(self.held_out.values())))
-        unit = shown(self.diagnosis.units()[name])
-        pair = f"{before * per_si(unit):.3g} to {after * per_si(unit):.3g} {unit} rms"
-        which = "this" if self.discovery.finding == "equation" else "the first"
-        return [f"To use from now on: the model with {which} equation; held-out error of {name} {pair}."]
+
+def is_due(diagnosis: Diagnosis, discover: bool | None) -> bool:
+    """Whether to look for an equation: if that was asked, else where no cause is established."""
+    if discover is not None:
+        return discover
+    rig = diagnosis.experiment.rig
+    is_open = diagnosis.verdict in ("unknown", "empirical") and not diagnosis.slips
+    return is_open and not rig.in_loop and bool(places_of(rig))
 
 
 def searched(diagnosis: Diagnosis, progress: Progress = unseen) -> Discovery:
@@ -126,8 +121,15 @@ def searched(diagnosis: Diagnosis, progress: Progress = unseen) -> Discovery:
 
 
 def discovered(diagnosis: Diagnosis, progress: Progress = unseen) -> Equation:
-    """What is found of the heat that a diagnosed model lacks, and the experiment to make next."""
-    equation = Equation(diagnosis, searched(diagnosis, progress))
+    """What is found of the heat that a diagnosed model lacks, and the experiment to make next.
+
+    The diagnosis of what is returned has the equations on its ladder.
+    """
+    found = searched(diagnosis, progress)
+    if found.found:
+        equations = tuple(each.predicted for each in found.foretold[:MOST_ALIKE])
+        diagnosis = diagnosis.with_equations(equations, told_apart=not found.causes)
+    equation = Equation(diagnosis, found)
     progress("terms: next experiment", 0.95)
     _ = equation.proposed
     return equation
@@ -177,7 +179,8 @@ def summary_with(diagnosis: Diagnosis, equation: Equation | None) -> str:
     found = "an equation explains it" if equation.discovery.finding == "equation" else "equations explain it"
     beside = [each for each in lines[1:] if each.startswith(_BESIDE)]
     by_causes = next((each for each in lines[1:] if not each.startswith(_BESIDE)), "")
-    return "\n".join([f"{lines[0]}; {found}", *equation.lines(), f"By causes alone: {by_causes}", *beside])
+    own = [*equation.lines(), *ladder_lines(diagnosis), f"By causes alone: {by_causes}", *beside]
+    return "\n".join([f"{lines[0]}; {found}", *sorted(own, key=lambda each: each.startswith("Next: "))])
 
 
 _BESIDE = ("Likely slip", "As it stands", "Look at the data")

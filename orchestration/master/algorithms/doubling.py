@@ -109,7 +109,7 @@ class DoublingStepper(PartsStepper):
         sent, start = self._sent(self._watched), self._values()
 
         def jumped() -> str | None:
-            """A slave of which a signal jumped."""
+            """A slave with a signal that jumped."""
             moved = zip(self._watched, self._still, sent, self._sent(self._watched), strict=False)
             leapt = (k for (k, _), still, old, new in moved if still and old is not new and old != new)
             return next((self.network.slaves[k].name for k in leapt), None)

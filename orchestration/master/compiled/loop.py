@@ -37,7 +37,7 @@ _NOTHING, _NOTE = -1, 3
 
 
 def stepping_named(name: str) -> Stepping:
-    """Give the way to step by its name; InputError if there is none of that name."""
+    """Give the way to step by its name; InputError if none has that name."""
     kinds: dict[str, Stepping] = {"auto": "auto", "plain": "plain", "compiled": "compiled"}
     if name not in kinds:
         raise InputError(f"{argument('stepping', name)}: not known; {instead(name, kinds)}")
@@ -112,6 +112,8 @@ def obstacle(network: Network, recorder: Recorder) -> str | None:
             return f"{slave.name} takes more than one call for a step"
         if any(wire.limits for wire in network.wires[k]):
             return f"{slave.name} takes integers that it may not hold"
+        if any(wire.values for wire in network.wires[k]):
+            return f"{slave.name} takes values that a table changes"
         for names in (network.reads[k], network.writes[k], recorder.late[k]):
             for batch in slave.batches(names) if names else ():
                 if batch.arrays:

@@ -158,7 +158,7 @@ def fingerprint(
     algorithm: Algorithm,
     tolerance: float | None,
 ) -> str:
-    """Give a digest of all that decides a run's values, and of what is recorded.
+    """Give a digest of everything that determines a run's values, and of what is recorded.
 
     The stop time is among it, for slaves are told it and may keep it in their state; so are the FMUs' bytes,
     for an FMU that was built anew may keep its GUID.

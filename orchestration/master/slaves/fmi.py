@@ -104,9 +104,13 @@ class FmiSlave(ABC):
         return self._functions[name]
 
     def call(self, name: str, *arguments: Any) -> None:
-        """Call a function and raise unless it answers ok or warning."""
+        """Call a function that takes the instance first; raise unless it answers ok or warning."""
         self.note(under_way.INITIALIZING if name in _INITIALIZING else under_way.COPYING)
-        status = self.function(name)(*arguments)
+        self.ask(name, *arguments)
+
+    def ask(self, name: str, *arguments: Any) -> None:
+        """Call a function that takes the instance first, within a call that is noted; raise as `call`."""
+        status = self._functions[name](self.component, *arguments)
         if status > 1:
             self.fail(name, status)
 
@@ -168,17 +172,17 @@ class FmiSlave(ABC):
         tolerance = own if experiment.tolerance is None else experiment.tolerance
         given = tolerance is not None, tolerance or 0.0, experiment.start_time, stop is not None, stop or 0.0
         if self.prefix == "fmi2":
-            self.call("SetupExperiment", self.component, *given)
+            self.call("SetupExperiment", *given)
         else:
             self._experiment = given
 
     def enter_initialization(self) -> None:
         """Enter initialization mode."""
-        self.call("EnterInitializationMode", self.component, *self._experiment)
+        self.call("EnterInitializationMode", *self._experiment)
 
     def exit_initialization(self) -> None:
         """Leave initialization mode."""
-        self.call("ExitInitializationMode", self.component)
+        self.call("ExitInitializationMode")
         self.look_around("during initialization")
 
     def get(self, names: Names) -> list[Value]:
@@ -217,10 +221,7 @@ class FmiSlave(ABC):
             batches = sorted_by_type(self.name, self.prefix, self.variables, names, self._held)
             for batch in batches:
                 batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
-                references, values = batch.references, batch.values
-                batch.arguments = self.component, references, len(references), values
-                if self.prefix == "fmi3":
-                    batch.arguments += (len(values),)
+                batch.arguments = batch.arguments_for(self.component, self.prefix)
             self._sorted[names] = batches
         return batches
 
@@ -236,7 +237,7 @@ class FmiSlave(ABC):
         seed[by.element] = 1.0
         arrays = (seed, by.elements, found, of.elements) if self.prefix == "fmi3" else (seed, found)
         ends = self.references((output,)), 1, self.references((known,)), 1
-        self.call("GetDirectionalDerivative", self.component, *ends, *arrays)
+        self.call("GetDirectionalDerivative", *ends, *arrays)
         return found[of.element]
 
     def references(self, names: Names) -> Any:
@@ -246,7 +247,7 @@ class FmiSlave(ABC):
     def state(self, reuse: object = None) -> object:
         """Copy the complete state, over an earlier copy where one is given."""
         state = reuse if isinstance(reuse, c_void_p) else c_void_p()
-        self.call("GetFMUState", self.component, byref(state))
+        self.call("GetFMUState", byref(state))
         return state
 
     def restore(self, state: object) -> None:
@@ -254,26 +255,26 @@ class FmiSlave(ABC):
         if not state:
             told = f"{self.prefix}GetFMUState gave no state, so that there is no way back"
             raise SlaveError(self.name, "error", self.time, told)
-        self.call("SetFMUState", self.component, state)
+        self.call("SetFMUState", state)
 
     def free(self, state: Any) -> None:
         """Release a copied state; after a fatal error nothing may be called any more."""
         if self._worst < 4:
-            self.call("FreeFMUState", self.component, byref(state))
+            self.call("FreeFMUState", byref(state))
 
     def serialize(self) -> bytes:
         """Give the present state as bytes."""
         state, size = self.state(), c_size_t()
-        self.call("SerializedFMUStateSize", self.component, state, byref(size))
+        self.call("SerializedFMUStateSize", state, byref(size))
         data = (c_char * size.value)()
-        self.call("SerializeFMUState", self.component, state, data, size)
+        self.call("SerializeFMUState", state, data, size)
         self.free(state)
         return data.raw
 
     def deserialize(self, data: bytes) -> None:
         """Take a serialised state."""
         state, buffer = c_void_p(), (c_char * len(data)).from_buffer_copy(data)
-        self.call("DeserializeFMUState", self.component, buffer, len(data), byref(state))
+        self.call("DeserializeFMUState", buffer, len(data), byref(state))
         self.restore(state)
         self.free(state)
 

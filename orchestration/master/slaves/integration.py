@@ -44,12 +44,13 @@ class Update:
 class Integrable(Protocol):
     """A model as it is integrated; between two communication steps it is in event mode.
 
+    It is told whether there was an event as it enters that, and does not only stand at the end of a step.
     `completed` notes that a step of the solver is done, and tells whether that is an event, and whether the
     simulation is to end.
     """
 
     def update(self) -> Update: ...  # noqa: D102
-    def enter_event_mode(self) -> None: ...  # noqa: D102
+    def enter_event_mode(self, event: bool) -> None: ...  # noqa: D102
     def enter_continuous_time_mode(self) -> None: ...  # noqa: D102
     def states(self) -> Array: ...  # noqa: D102
     def nominals(self) -> Array: ...  # noqa: D102
@@ -69,13 +70,12 @@ def integrate(model: Integrable, time: float, end: float, tolerance: float) -> b
     It is in event mode before, with its inputs set, and after. The tolerance is relative, and absolute as a
     share of each state's nominal value. IntegrationError if the solver fails or the events do not end.
     """
-    late, events = _ROUNDING * abs(end), 0
-    update = settled(model)
-    while not update.ends and time < end - late:
+    update, events = settled(model), 0
+    while not update.ends and not at_end(time, end):
         model.enter_continuous_time_mode()
-        until = update.next_event if update.next_event <= end + late else end
-        time, ends = _without_events(model, time, until, tolerance)
-        model.enter_event_mode()
+        until = update.next_event if at_end(end, update.next_event) else end
+        time, event, ends = _without_events(model, time, until, tolerance)
+        model.enter_event_mode(event or until == update.next_event)
         update, events = settled(model), events + 1
         if ends:
             return True
@@ -84,7 +84,18 @@ def integrate(model: Integrable, time: float, end: float, tolerance: float) -> b
     return update.ends
 
 
-def settled(model: Integrable) -> Update:
+class Eventful(Protocol):
+    """What has events, each of which may take several rounds."""
+
+    def update(self) -> Update: ...  # noqa: D102
+
+
+def at_end(time: float, end: float) -> bool:
+    """Tell whether a time in s has reached another one, but for rounding."""
+    return time >= end - _ROUNDING * abs(end)
+
+
+def settled(model: Eventful) -> Update:
     """Update a model's discrete states until they agree, and give the last update."""
     for _ in range(MOST_ROUNDS):
         update = model.update()
@@ -93,10 +104,12 @@ def settled(model: Integrable) -> Update:
     raise IntegrationError(f"its discrete states do not agree in {MOST_ROUNDS} rounds of one event")
 
 
-def _without_events(model: Integrable, time: float, until: float, tolerance: float) -> tuple[float, bool]:
-    """Go on to a time in s or to an event before it; give the time, and whether the simulation is to end."""
+def _without_events(
+    model: Integrable, time: float, until: float, tolerance: float
+) -> tuple[float, bool, bool]:
+    """Go on to a time in s or an event before; give the time, whether there is one, whether all is to end."""
     if until <= time:
-        return time, False
+        return time, False, False
     states = model.states()
     model.move(time, states)
     positive = model.indicators() > 0
@@ -112,8 +125,8 @@ def _without_events(model: Integrable, time: float, until: float, tolerance: flo
         reached = _move_to_crossing(model, solver, positive) if crossed else float(solver.t)
         event, ends = model.completed()
         if crossed or event or ends:
-            return reached, ends
-    return until, False
+            return reached, True, ends
+    return until, False, False
 
 
 def _move_to_crossing(model: Integrable, solver: Any, positive: Any) -> float:

@@ -37,7 +37,7 @@ class Isolation:
 
 
 UNLIMITED = Isolation(math.inf, math.inf)
-"""For an FMU of which a process may hold one instance."""
+"""For an FMU that allows one instance in a process."""
 
 
 class IsolatedSlave:

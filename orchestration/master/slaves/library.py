@@ -26,6 +26,7 @@ _TYPES: dict[str, dict[str, Any]] = {
     "fmi3": {
         **{"Float32": ctypes.c_float, "Float64": c_double, "Boolean": c_bool, "String": c_char_p},
         **{name: getattr(ctypes, f"c_{name.lower()}") for name in _INTEGERS},
+        "Binary": c_void_p,
     },
 }
 """Types by which variables are exchanged, by the names that are part of the functions' names."""
@@ -49,8 +50,7 @@ _BOTH = {
 }
 _ARGUMENTS = {
     "fmi1": {
-        **{"Instantiate": "ssssdbbcb", "FreeInstance": "p", "Terminate": "p"},
-        **{"ExitInitializationMode": "pdbd"},
+        **{"FreeInstance": "p", "Terminate": "p"},
         **{f"{verb}{name}": "ppnp" for name in _TYPES["fmi1"] for verb in ("Get", "Set")},
     },
     "fmi2": {
@@ -62,27 +62,45 @@ _ARGUMENTS = {
     "fmi3": {
         **_BOTH,
         **{f"{verb}{name}": "ppnpn" for name in _TYPES["fmi3"] for verb in ("Get", "Set")},
+        **dict.fromkeys(("GetBinary", "SetBinary"), "ppnppn"),
+        **dict.fromkeys(("EnterConfigurationMode", "ExitConfigurationMode"), "p"),
         **{"SetDebugLogging": "pbnp", "EnterInitializationMode": "pbddbd"},
         **{"GetDirectionalDerivative": "ppnpnpnpn"},
     },
 }
+_MODES = dict.fromkeys(("EnterEventMode", "EnterContinuousTimeMode"), "p")
 _MODEL = {
-    **dict.fromkeys(("EnterEventMode", "EnterContinuousTimeMode"), "p"),
     **{"SetTime": "pd", "SetContinuousStates": "ppn", "GetContinuousStates": "ppn"},
     **{"GetNominalsOfContinuousStates": "ppn", "GetEventIndicators": "ppn"},
 }
 _OF_INTERFACE = {
-    ("fmi1", "CoSimulation"): {"DoStep": "pddb"},
+    ("fmi1", "CoSimulation"): {
+        **{"Instantiate": "ssssdbbcb", "ExitInitializationMode": "pdbd", "DoStep": "pddb"},
+    },
+    ("fmi1", "ModelExchange"): {
+        **_MODEL,
+        **{"Instantiate": "sscb", "ExitInitializationMode": "pbdp", "EventUpdate": "pbp"},
+        **{"CompletedIntegratorStep": "pp", "GetDerivatives": "ppn"},
+    },
     ("fmi2", "CoSimulation"): {
         **{"DoStep": "pddi", "GetBooleanStatus": "pip", "GetRealStatus": "pip"},
         **{"SetRealInputDerivatives": "ppnpp"},
     },
-    ("fmi3", "CoSimulation"): {"InstantiateCoSimulation": "sssbbbbpnppp", "DoStep": "pddbpppp"},
+    ("fmi3", "CoSimulation"): {
+        **{
+            "InstantiateCoSimulation": "sssbbbbpnppp",
+            "DoStep": "pddbpppp",
+            "UpdateDiscreteStates": "ppppppp",
+        },
+        **{"EnterEventMode": "p", "EnterStepMode": "p"},
+    },
     ("fmi2", "ModelExchange"): {
+        **_MODES,
         **_MODEL,
         **{"NewDiscreteStates": "pp", "CompletedIntegratorStep": "pipp", "GetDerivatives": "ppn"},
     },
     ("fmi3", "ModelExchange"): {
+        **_MODES,
         **_MODEL,
         **{"InstantiateModelExchange": "sssbbpp", "UpdateDiscreteStates": "ppppppp"},
         **{"CompletedIntegratorStep": "pbpp", "GetContinuousStateDerivatives": "ppn"},
@@ -93,12 +111,17 @@ _OF_INTERFACE = {
 _SPELLED = {name: name.replace("FMUState", "FMUstate").replace("Des", "DeS") for name in _BOTH}
 """Names in FMI 2.0 that differ in their capitals."""
 _SPELLED_1 = {
-    "Instantiate": "InstantiateSlave",
-    "FreeInstance": "FreeSlaveInstance",
-    "Terminate": "TerminateSlave",
-    "ExitInitializationMode": "InitializeSlave",
+    "CoSimulation": {
+        **{"Instantiate": "InstantiateSlave", "FreeInstance": "FreeSlaveInstance"},
+        **{"Terminate": "TerminateSlave", "ExitInitializationMode": "InitializeSlave"},
+    },
+    "ModelExchange": {
+        **{"Instantiate": "InstantiateModel", "FreeInstance": "FreeModelInstance"},
+        **{"GetNominalsOfContinuousStates": "GetNominalContinuousStates"},
+        **{"ExitInitializationMode": "Initialize"},
+    },
 }
-"""Names in FMI 1.0 that differ."""
+"""Names in FMI 1.0 that differ, by the interface."""
 
 
 def exchanged_as(prefix: str, variable: FmuVariable) -> tuple[str, Any] | None:
@@ -118,7 +141,7 @@ def held_from_start(variables: Mapping[str, FmuVariable]) -> Held:
     """Give the start values of everything, by value reference."""
     held: Held = {}
     for variable in variables.values():
-        blank: list[Value] = ["" if variable.kind == "String" else 0] * variable.elements
+        blank: list[Value] = ["" if variable.kind in ("String", "Binary") else 0] * variable.elements
         values = held.setdefault(variable.value_reference, blank)
         if variable.start is not None:
             values[variable.element] = variable.start
@@ -129,7 +152,7 @@ class Batch:
     """Variables of one base type, as FMI functions name it, chosen by their places in a set of variables.
 
     `held` are the slave's values of arrays, of which some elements may be set alone. The FMU's functions
-    `get` and `set` take the same `arguments`.
+    `get` and `set` take the same `arguments`. Binary values are text here, two hexadecimal digits for a byte.
     """
 
     def __init__(self, base: str, c_type: Any, chosen: Mapping[int, FmuVariable], held: Held) -> None:
@@ -147,9 +170,17 @@ class Batch:
             references, size = list(sizes), sum(sizes.values())
         self.references = (c_uint * len(references))(*references)
         self.values: Any = (c_type * size)()
+        self._lengths = (c_size_t * size)()
+        self._bytes: list[bytes] = []
         self.get: Any = None
         self.set: Any = None
         self.arguments: tuple[Any, ...] = ()
+
+    def arguments_for(self, component: Any, prefix: str) -> tuple[Any, ...]:
+        """Give the arguments by which an instance is asked for the values, or given them."""
+        lengths = (self._lengths,) if self.base == "Binary" else ()
+        sizes = (len(self.values),) if prefix == "fmi3" else ()
+        return component, self.references, len(self.references), *lengths, self.values, *sizes
 
     def load(self, values: Sequence[Value]) -> None:
         """Fill the array from the values of the whole set."""
@@ -162,6 +193,10 @@ class Batch:
             self.values[:] = chosen
         elif self.base == "String":
             self.values[:] = [str(value).encode() for value in chosen]
+        elif self.base == "Binary":
+            self._bytes = [bytes.fromhex(str(value)) for value in chosen]
+            self._lengths[:] = [len(value) for value in self._bytes]
+            self.values[:] = [ctypes.cast(c_char_p(value), c_void_p).value for value in self._bytes]
         else:
             self.values[:] = [int(value) for value in chosen]
 
@@ -170,6 +205,9 @@ class Batch:
         values: list[Value] = self.values[:]
         if self.base == "Boolean":
             values = [bool(value) for value in values]
+        if self.base == "Binary":
+            pairs = zip(self.values, self._lengths, strict=True)
+            values = [ctypes.string_at(at, size).hex() if at else "" for at, size in pairs]
         if self.base == "String":
             values = [(value or b"").decode("utf-8", "replace") for value in self.values]
         return [values[slot] for slot in self._slots] if self.arrays else values
@@ -213,13 +251,12 @@ class Library:
             raise InputError(f"{told}; export it for this platform")
         here = working_folder()
         self._prefix = f"{identifier}_fmi" if prefix == "fmi1" else prefix
+        self._spelled = {"fmi1": _SPELLED_1[info.interface], "fmi2": _SPELLED}.get(prefix, {})
         try:
             os.chdir(place)  # where some libraries look for others
             self._dll = ctypes.CDLL(str(place / f"{identifier}{SUFFIX}"))
             arguments = {**_ARGUMENTS[prefix], **_OF_INTERFACE[prefix, info.interface]}
-            self.functions = {
-                each: self._declared(prefix, each, letters) for each, letters in arguments.items()
-            }
+            self.functions = {each: self._declared(each, letters) for each, letters in arguments.items()}
         except (OSError, AttributeError) as error:
             raise InputError(f"{name}: the library of {fmu} does not load: {error}") from error
         finally:
@@ -227,9 +264,8 @@ class Library:
                 with suppress(OSError):
                     os.chdir(here)
 
-    def _declared(self, prefix: str, name: str, letters: str) -> Any:
-        spelled = {"fmi1": _SPELLED_1, "fmi2": _SPELLED}.get(prefix, {})
-        function = getattr(self._dll, self._prefix + spelled.get(name, name))
+    def _declared(self, name: str, letters: str) -> Any:
+        function = getattr(self._dll, self._prefix + self._spelled.get(name, name))
         function.argtypes = [_LETTERS[letter] for letter in letters]
         function.restype = c_void_p if name.startswith("Instantiate") else c_int
         return function

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from ctypes import Structure, byref, c_bool, c_double, c_int
+from ctypes import Structure, byref, c_bool, c_byte, c_double, c_int
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -12,10 +12,16 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.slaves import under_way
+from warmlink.orchestration.master.slaves.events import update_discrete_states
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.integration import IntegrationError, Update, integrate, settled
 from warmlink.orchestration.master.slaves.slave import Names, RunSpan, SlaveError
-from warmlink.orchestration.master.slaves.versions import Fmi2Slave, Fmi3Slave, resource_path
+from warmlink.orchestration.master.slaves.versions import (
+    Fmi1Slave,
+    Fmi2Slave,
+    Fmi3Slave,
+    resource_path,
+)
 
 TOLERANCE = 1e-8
 """Relative, where neither the run nor the FMU names one."""
@@ -73,13 +79,13 @@ class ModelSlave(FmiSlave):
     def completed(self) -> tuple[bool, bool]:
         """Note that a step of the solver is done; tell whether it is an event, and whether all is to end."""
 
-    def enter_event_mode(self) -> None:
+    def enter_event_mode(self, event: bool) -> None:
         """Enter event mode."""
-        self._ask("EnterEventMode")
+        self.ask("EnterEventMode")
 
     def enter_continuous_time_mode(self) -> None:
         """Enter continuous-time mode."""
-        self._ask("EnterContinuousTimeMode")
+        self.ask("EnterContinuousTimeMode")
 
     def states(self) -> Array:
         """Give the continuous states."""
@@ -99,23 +105,65 @@ class ModelSlave(FmiSlave):
 
     def move(self, time: float, states: Array) -> None:
         """Set time in s and continuous states."""
-        self._ask("SetTime", time)
+        self.ask("SetTime", time)
         held = self._filled["GetContinuousStates"]
         held[:] = states
         if len(held):
-            self._ask("SetContinuousStates", held.ctypes.data, len(held))
+            self.ask("SetContinuousStates", held.ctypes.data, len(held))
 
     def _numbers(self, name: str) -> Array:
         """Give what a function fills an array with."""
         filled = self._filled[name]
         if len(filled):
-            self._ask(name, filled.ctypes.data, len(filled))
+            self.ask(name, filled.ctypes.data, len(filled))
         return filled
 
-    def _ask(self, name: str, *arguments: Any) -> None:
-        status = self._functions[name](self.component, *arguments)
-        if status > 1:
-            self.fail(name, status)
+
+class _EventInfo1(Structure):
+    """`fmiEventInfo` of FMI 1.0."""
+
+    _fields_: ClassVar[Any] = [
+        *((name, c_byte) for name in ("converged", "references", "states", "ends", "has_next")),
+        ("next_event", c_double),
+    ]
+
+
+class Fmi1Model(ModelSlave, Fmi1Slave):
+    """One instance of an FMI 1.0 FMU for model exchange, which has no modes: it is told of events alone."""
+
+    rates_named = "GetDerivatives"
+
+    def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
+        """Instantiate; the callbacks live as long as this object."""
+        return self.logging(self.function("Instantiate")(name, token, self.callbacks(), False))
+
+    def exit_initialization(self) -> None:
+        """Initialize; what is set before that is what the model initializes with."""
+        self._event, self._due = _EventInfo1(), False
+        self.ask("SetTime", self.time)
+        self.ask("ExitInitializationMode", True, self._tolerance, byref(self._event))
+        self.look_around("during initialization")
+
+    def enter_event_mode(self, event: bool) -> None:
+        """Note whether there is an event."""
+        self._due = event
+
+    def enter_continuous_time_mode(self) -> None:
+        """Do nothing."""
+
+    def update(self) -> Update:
+        """Handle an event, if there is one; else what was told of the next one still holds."""
+        if self._due:
+            self.ask("EventUpdate", False, byref(self._event))
+        told = self._event
+        self._due = self._due and not told.converged
+        return Update(self._due, bool(told.ends), told.next_event if told.has_next else np.inf)
+
+    def completed(self) -> tuple[bool, bool]:
+        """Note that a step of the solver is done."""
+        event = c_byte()
+        self.ask("CompletedIntegratorStep", byref(event))
+        return bool(event.value), False
 
 
 class _EventInfo(Structure):
@@ -135,13 +183,13 @@ class Fmi2Model(ModelSlave, Fmi2Slave):
     def update(self) -> Update:
         """Do one round of an event."""
         info = _EventInfo()
-        self._ask("NewDiscreteStates", byref(info))
+        self.ask("NewDiscreteStates", byref(info))
         return Update(bool(info.again), bool(info.ends), info.next_event if info.has_next else np.inf)
 
     def completed(self) -> tuple[bool, bool]:
         """Note that a step of the solver is done."""
         event, ends = c_int(), c_int()
-        self._ask("CompletedIntegratorStep", True, byref(event), byref(ends))
+        self.ask("CompletedIntegratorStep", True, byref(event), byref(ends))
         return bool(event.value), bool(ends.value)
 
 
@@ -158,14 +206,10 @@ class Fmi3Model(ModelSlave, Fmi3Slave):
 
     def update(self) -> Update:
         """Do one round of an event."""
-        again, ends, nominals, states, has_next = (c_bool() for _ in range(5))
-        at = c_double()
-        flags = (byref(each) for each in (again, ends, nominals, states, has_next))
-        self._ask("UpdateDiscreteStates", *flags, byref(at))
-        return Update(again.value, ends.value, at.value if has_next.value else np.inf)
+        return update_discrete_states(self.ask)
 
     def completed(self) -> tuple[bool, bool]:
         """Note that a step of the solver is done."""
         event, ends = c_bool(), c_bool()
-        self._ask("CompletedIntegratorStep", True, byref(event), byref(ends))
+        self.ask("CompletedIntegratorStep", True, byref(event), byref(ends))
         return event.value, ends.value

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 class Wire:
     """Where an input takes its value from: `factor * outputs[slave][position] + offset`.
 
-    Its `limits` are the least and largest value that it holds, where the output may have others.
+    Its `limits` are the least and largest value that it holds, where the output may have others; some
+    `values` that are no Reals become others.
     """
 
     slave: int
@@ -32,11 +33,12 @@ class Wire:
     offset: float
     real: bool
     limits: tuple[int, int] | None = None
+    values: Mapping[Value, Value] = field(default_factory=dict)
 
     def convert(self, value: Value) -> Value:
         """Give the input's value for an output's value."""
         if not self.real:
-            return value
+            return self.values.get(value, value) if self.values else value
         # A plain wire passes the very same bits, -0.0 included.
         if self.factor == 1.0 and self.offset == 0.0:
             return float(value)
@@ -92,8 +94,9 @@ class Network:
                 raise InputError(f"connection {link.source} -> {link.target}: {told}")
             taking = self.slaves[target].variables[link.target_variable]
             limits = _limits(self.slaves[source].variables[link.source_variable], taking)
+            real, values = taking.kind == "Real", dict(link.values)
             laid[target][link.target_variable] = Wire(
-                source, position, link.factor, link.offset, taking.kind == "Real", limits
+                source, position, link.factor, link.offset, real, limits, values
             )
         for component, variable in map(self.locate, watched):
             reads[component].setdefault(variable, len(reads[component]))
@@ -137,7 +140,7 @@ class Network:
         return self.slaves[wire.slave].variables[self.reads[wire.slave][wire.position]]
 
     def _is_bare(self, wire: Wire) -> bool:
-        plain = (wire.factor, wire.offset, wire.limits) == (1.0, 0.0, None)
+        plain = (wire.factor, wire.offset, wire.limits, wire.values) == (1.0, 0.0, None, {})
         return plain and (self.source(wire).kind == "Real" or not wire.real)
 
     def _finite_positions(self, k: int) -> tuple[int, ...]:
@@ -190,13 +193,13 @@ class Network:
         SlaveError where it cannot hold that: FMI would pass the last bits, another number.
         """
         wire = self.wires[k][position]
-        value = self.outputs[wire.slave][wire.position]
+        value = wire.convert(self.outputs[wire.slave][wire.position])
         if wire.limits and not wire.limits[0] <= int(value) <= wire.limits[1]:
             slave, name = self.slaves[k], self.writes[k][position]
             least, most = wire.limits
             told = f"{value} is sent to it, but {slave.variables[name].type} holds {least} to {most} alone"
             raise SlaveError(slave.name, "error", self.time, told, name)
-        return wire.convert(value)
+        return value
 
     def write(self, k: int) -> None:
         """Set a slave's inputs from the outputs last read."""

@@ -15,7 +15,7 @@ from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_uint, c_void_p
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from warmlink.fmus.safe_text import printable
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
@@ -41,20 +41,26 @@ class Fmi1Slave(FmiSlave):
 
     def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
         """Instantiate; the callbacks live as long as this object."""
+        place, kind = resources.parent.absolute().as_uri().encode(), b"application/x-fmu-sharedlibrary"
+        given = name, token, place, kind, 0.0, False, False, self.callbacks(), False
+        return self.logging(self.function("Instantiate")(*given))
+
+    def callbacks(self) -> Callbacks1:
+        """Give the functions that the FMU may call, which live as long as this object."""
         self._negated: dict[Names, list[int]] = {}
         self._callbacks = _callbacks(self.log.key)
-        functions = Callbacks1.from_buffer_copy(self._callbacks)
-        place, kind = resources.parent.absolute().as_uri().encode(), b"application/x-fmu-sharedlibrary"
-        given = name, token, place, kind, 0.0, False, False, functions, False
-        found: int | None = self.function("Instantiate")(*given)
-        FmuLog.open[found or 0] = self.log  # its lines bear its address
-        return found
+        return Callbacks1.from_buffer_copy(self._callbacks)
+
+    def logging(self, component: int | None) -> int | None:
+        """Give the instance's address, which its lines of the log bear."""
+        FmuLog.open[component or 0] = self.log
+        return component
 
     def ask_for_log(self) -> None:
         """Ask for nothing: FMI 1.0 has no categories, and what a slave logs unasked is on failures."""
 
     def setup(self, experiment: RunSpan) -> None:
-        """Set up the experiment, of which the slave is told on leaving initialization mode."""
+        """Set up the experiment; the slave gets it on leaving initialization mode."""
         self.time, stop = experiment.start_time, experiment.stop_time
         self._experiment = experiment.start_time, stop is not None, stop or 0.0
         self.forward_only = True  # the step before is accepted: there is no way back
@@ -64,7 +70,7 @@ class Fmi1Slave(FmiSlave):
 
     def exit_initialization(self) -> None:
         """Initialize."""
-        self.call("ExitInitializationMode", self.component, *self._experiment)
+        self.call("ExitInitializationMode", *self._experiment)
         self.look_around("during initialization")
 
     def get(self, names: Names) -> list[Value]:
@@ -112,7 +118,7 @@ class Fmi2Slave(FmiSlave):
         """Set time derivatives of Real inputs for the next step."""
         count = len(names)
         orders, numbers = (c_int * count)(*[order] * count), (c_double * count)(*values)
-        self.call("SetRealInputDerivatives", self.component, self.references(names), count, orders, numbers)
+        self.call("SetRealInputDerivatives", self.references(names), count, orders, numbers)
 
     def answered(self, status: int, step_size: float) -> str:
         """Judge an answer; an FMU of FMI 2.0 that wants to end discards the step, whether done or not."""
@@ -177,9 +183,10 @@ def resource_path(resources: Path) -> bytes:
 
 
 class Fmi3Slave(FmiSlave):
-    """One instance of an FMI 3.0 FMU."""
+    """One instance of an FMI 3.0 FMU, which handles events inside its steps unless it has `event_mode`."""
 
     prefix = "fmi3"
+    event_mode: ClassVar[bool] = False
 
     def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
         """Instantiate; the callbacks live as long as this object."""
@@ -188,7 +195,8 @@ class Fmi3Slave(FmiSlave):
         numbers = (v for v in self.variables.values() if v.type == "Float64" and v.elements == 1)
         inputs = [v.value_reference for v in numbers if updates and v.causality == "input"]
         self._updated = _UPDATE(self._update) if updates else None
-        given = name, token, resource_path(resources), False, False, False, False
+        events = self.event_mode
+        given = name, token, resource_path(resources), False, False, events, events
         asked = (c_uint * len(inputs))(*inputs), len(inputs), None, self.log_callback(), self._updated
         found: int | None = self.function("InstantiateCoSimulation")(*given, *asked)
         return found
@@ -196,15 +204,32 @@ class Fmi3Slave(FmiSlave):
     def log_callback(self) -> Any:
         """Give the function that the FMU logs by, which lives as long as this object."""
         self._varying: dict[int, list[float]] = {}
+        structural = (v.name for v in self.variables.values() if v.causality == "structuralParameter")
+        self._structural = frozenset(structural)
         self._log = _LOG3(lambda environment, status, category, message: self.log.add(status, message))
         return self._log
 
     def set(self, names: Names, values: Sequence[Value]) -> None:
         """Set variables; derivatives that were set for them are dropped."""
+        if self._structural and not self._structural.isdisjoint(names):
+            names, values = self._configured(names, values)
         super().set(names, values)
         if self._varying:
             for name in names:
                 self._varying.pop(self.variables[name].value_reference, None)
+
+    def _configured(self, names: Names, values: Sequence[Value]) -> tuple[Names, list[Value]]:
+        """Set structural parameters in configuration mode, and give the other variables and their values."""
+        given = dict(zip(names, values, strict=True))
+        chosen = {name: given.pop(name) for name in names if name in self._structural}
+        self.ask("EnterConfigurationMode")
+        super().set(tuple(chosen), list(chosen.values()))
+        self.ask("ExitConfigurationMode")
+        for elements in self.info.arrays.values():  # whose start values fitted other sizes
+            first = self.variables[elements[0]]
+            if first.start is None and first.settable:
+                self._held[first.value_reference][:] = self.get(elements)
+        return tuple(given), list(given.values())
 
     def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
         """Let inputs vary in the next step, as far as the slave asks for them; elements of arrays do not."""
@@ -221,12 +246,16 @@ class Fmi3Slave(FmiSlave):
     def step(self, time: float, step_size: float) -> str | None:
         """Advance by one communication step."""
         ends = super().step(time, step_size)
+        self.end_variation(step_size)
+        return ends
+
+    def end_variation(self, elapsed: float) -> None:
+        """Set the varying inputs to their values at the end of a step, after which they vary no more."""
         if self._varying:
-            status = self._vary(step_size)
+            status = self._vary(elapsed)
             self._varying.clear()
             if status > 1:
                 self.fail("SetFloat64", status)
-        return ends
 
     def _update(self, _: Any, time: float, set_requested: bool, *more: Any) -> None:
         """Set the inputs of an intermediate time; called by the slave within its step."""

@@ -27,7 +27,7 @@ from warmlink.orchestration.scenarios.duties.duty import (
     Segment,
     padded,
 )
-from warmlink.orchestration.scenarios.logged.cells import held, signal
+from warmlink.orchestration.scenarios.logged.cells import signal, without_gaps
 from warmlink.orchestration.scenarios.logged.clock import times
 from warmlink.orchestration.scenarios.logged.layout import TIME, TIMES, plain, with_suffix
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
@@ -138,7 +138,7 @@ def _demand(sheet: Sheet, place: Place) -> Array:
         return values
     if not np.isfinite(values[0]):
         values[0] = getattr(Segment(0.0), place.variable)
-    return held(sheet, place, values, lost)
+    return without_gaps(sheet, place, values, lost)
 
 
 def _demanded(sheet: Sheet, demands: Mapping[str, Array]) -> dict[str, Array]:

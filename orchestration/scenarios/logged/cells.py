@@ -91,7 +91,7 @@ def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, A
     return column, values, lost
 
 
-def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
+def without_gaps(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
     """Values with the last one in each empty cell; in those of a pad it is off: no temperature, or no power.
 
     InputError is raised where there is no value at all, or none in the first row.
@@ -110,7 +110,7 @@ def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
 def as_input(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, Array, list[str]]:
     """A column of an input, its values in SI in every row, and remarks on cells that are missing or empty.
 
-    InputError as `signal` and `held`, or a cell is no value of a discrete input, as 1.5 of a pad's mode.
+    InputError as `signal` and `without_gaps`, or a cell is no value of a discrete input, as 1.5 for a pad.
     """
     column, values, lost = signal(sheet, place, scalar)
     if scalar is not None and scalar.is_discrete:
@@ -119,11 +119,11 @@ def as_input(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column,
             if sentence is not None:
                 raise InputError(f"{sheet.at(row, place.column)}: {sentence}")
     missing = [sheet.taken_for_missing(lost, place.column)] if lost.size else []
-    return column, held(sheet, place, values, lost), [*missing, *said_of_empty(sheet, place)]
+    return column, without_gaps(sheet, place, values, lost), [*missing, *said_of_empty(sheet, place)]
 
 
 def said_of_empty(sheet: Sheet, place: Place) -> list[str]:
-    """What an input's empty cells are taken for; nothing of a pad's temperature, of which empty says off."""
+    """Say what an input's empty cells are taken for; nothing for a pad's temperature, which is off there."""
     cells: Any = sheet.cells[place.column]
     empty = int(np.count_nonzero(cells.isna() | (cells.astype(str).str.strip() == "")))
     if not empty or place.variable.endswith("pad_temperature"):

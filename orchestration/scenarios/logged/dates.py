@@ -142,7 +142,7 @@ def _of_minutes(text: pd.Series) -> tuple[Array, str]:
 
 
 def _seconds_of(cell: str) -> float:
-    """Seconds of numbers between colons, the last of which are seconds."""
+    """Seconds of a time written with colons; its last number is seconds."""
     seconds = 0.0
     for part in cell.split(":"):
         seconds = 60 * seconds + float(part)

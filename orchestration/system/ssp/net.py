@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import takewhile
@@ -9,8 +10,16 @@ from pathlib import Path as File
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Connection, Connector, Implementation, ModelInfo, System
+from warmlink.orchestration.system.described import described
+from warmlink.orchestration.system.model import (
+    Connection,
+    Connector,
+    FmuPart,
+    Implementation,
+    ModelInfo,
+    System,
+    Value,
+)
 from warmlink.orchestration.system.units import Conversion
 
 Path = tuple[str, ...]
@@ -34,6 +43,21 @@ class Node:
 
 
 @dataclass(frozen=True)
+class ValueMap:
+    """Values, of a type of SSP, that become others; those that are no source in the table stay as they are.
+
+    An Enumeration's are the names of its items.
+    """
+
+    kind: str
+    entries: tuple[tuple[Value, Value], ...]
+
+    def applied(self, value: Value) -> Value:
+        """Give what becomes of a value."""
+        return dict(self.entries).get(value, value)
+
+
+@dataclass(frozen=True)
 class Edge:
     """A connection between connectors, or an entry of a parameter mapping between names."""
 
@@ -41,6 +65,7 @@ class Edge:
     target: Node
     transformation: Conversion | None = None
     suppress_unit_conversion: bool = False
+    values: ValueMap | None = None
 
     @property
     def ends(self) -> tuple[Node, Node]:
@@ -55,18 +80,24 @@ def edge_of(link: Connection) -> Edge:
     """Give a connection between components, in the units of their own variables."""
     source, target = (Node((component,), variable) for component, variable in link.ends)
     change = Conversion(link.factor, link.offset)
-    return Edge(source, target, None if change.identity else change, not change.identity)
+    kind = "Boolean" if any(isinstance(each, bool) for each, _ in link.values) else "Integer"
+    values = ValueMap(kind, link.values) if link.values else None
+    return Edge(source, target, None if change.identity else change, not change.identity, values)
 
 
 @dataclass(frozen=True)
 class Element:
-    """A component with its FMU, or a system with the connections inside it; connectors by name."""
+    """A component with its FMU, or a system with the connections inside it; connectors by name.
+
+    Of the start values, those count that say how large arrays are.
+    """
 
     connectors: dict[str, Connector] = field(default_factory=dict)
     fmu: File | None = None
     info: ModelInfo | None = None
     connections: list[Edge] = field(default_factory=list)
     implementation: Implementation = "any"
+    values: Mapping[str, Value] = field(default_factory=dict)
 
 
 @dataclass
@@ -83,8 +114,9 @@ class Net:
             )
         if element.fmu is not None:
             try:
-                info = read_description(element.fmu).used_as(element.implementation)
-                element = replace(element, info=info)
+                held = dict(element.values)
+                part = FmuPart("", element.fmu, values=held, implementation=element.implementation)
+                element = replace(element, info=described(part))
             except InputError as fault:
                 raise InputError(f"{'.'.join(path)}: {fault}") from fault
         self.elements[path] = element
@@ -215,7 +247,8 @@ def net_of(system: System, nested: bool = False) -> Net:
                 raise InputError(f"{name}: {outer[-1]} is a component and cannot be a system; rename one")
         if path in net.elements:
             raise InputError(f"{name}: is a component and a system; rename one")
-        net.add(path, Element(dict(held.connectors), held.fmu, implementation=held.implementation))
+        chosen = replace(Element(), implementation=held.implementation, values=held.values)
+        net.add(path, replace(chosen, connectors=dict(held.connectors), fmu=held.fmu))
     for link in system.connections:
         _lay(net, link, *(paths.get(name, (name,)) for name, _ in link.ends))
     return net

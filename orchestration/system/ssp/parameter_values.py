@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from warmlink.fmus.errors import InputError
@@ -12,7 +13,8 @@ from warmlink.orchestration.console import remark_once
 from warmlink.orchestration.files import whole_file
 from warmlink.orchestration.system import xml
 from warmlink.orchestration.system.model import TYPES, Value
-from warmlink.orchestration.system.ssp.net import Edge, Node
+from warmlink.orchestration.system.ssp.arrays import element_names
+from warmlink.orchestration.system.ssp.net import Edge, Node, ValueMap
 from warmlink.orchestration.system.units import (
     Conversion,
     Unit,
@@ -26,13 +28,16 @@ from warmlink.orchestration.system.units import (
 class SsvValue:
     """One value of a parameter set, of a type of connectors: an Enumeration's is the name of its item.
 
-    Where a Real has no unit, it is in that of the variable it goes to.
+    Where a Real has no unit, it is in that of the variable it goes to. It may be one of so many `elements` of
+    an array. A `contradiction` is the sentence for whoever uses a value beside which the set gives another.
     """
 
     name: str
     type: str
     value: Value
     unit: Unit | None = None
+    elements: int = 1
+    contradiction: str = ""
 
 
 def read_ssv(path: Path) -> dict[str, SsvValue]:
@@ -41,14 +46,25 @@ def read_ssv(path: Path) -> dict[str, SsvValue]:
     found = parameter_set(xml.root_of_file(path, "ParameterSet", path.name, remarks), path.name, remarks)
     for told in remarks:
         remark_once(told)
+    for each in found.values():
+        if each.contradiction:
+            raise InputError(each.contradiction)
     return found
 
 
-def write_ssv(values: Mapping[str, Value | SsvValue], path: Path, name: str = "parameters") -> None:
+def description_of(path: Path) -> str:
+    """What an SSV file says of itself; empty if it says nothing. InputError as for `read_ssv`."""
+    root = xml.root_of_file(path, "ParameterSet", path.name, [])
+    return str(root.get("description", ""))
+
+
+def write_ssv(
+    values: Mapping[str, Value | SsvValue], path: Path, name: str = "parameters", description: str = ""
+) -> None:
     """Write values by variable, with a unit or item as `Parameter`, as an SSV file, whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as scratch:
-        scratch.write_bytes(xml.to_bytes(parameter_set_element(name, values)))
+        scratch.write_bytes(xml.to_bytes(parameter_set_element(name, values, description)))
 
 
 def parameter_set(root: Any, where: str, remarks: list[str]) -> dict[str, SsvValue]:
@@ -58,30 +74,48 @@ def parameter_set(root: Any, where: str, remarks: list[str]) -> dict[str, SsvVal
     parameters: dict[str, SsvValue] = {}
     for child in root.iterfind("{*}Parameters/{*}Parameter"):
         name = xml.required(child, "name", where)
-        found = _parameter(name, child, units, f"{where}: {name}", remarks)
-        before = parameters.setdefault(name, found)
-        if before != found:
-            raise InputError(f"{where}: gives the parameter {name} twice; keep one")
-        if before is not found:
-            remarks.append(f"{where}: gives the parameter {name} twice, with the same value")
+        for found in _elements(name, child, units, f"{where}: {name}", remarks):
+            before = parameters.setdefault(found.name, found)
+            if before != found:
+                told = f"{where}: gives the parameter {found.name} twice; keep one"
+                parameters[found.name] = replace(found, contradiction=told)
+            elif before is not found:
+                remarks.append(f"{where}: gives the parameter {found.name} twice, with the same value")
     return parameters
 
 
-def _parameter(name: str, entry: Any, units: dict[str, Unit], where: str, remarks: list[str]) -> SsvValue:
-    typed = [child for child in entry if xml.local(child) not in ("Annotations", "MetaData")]
+def _elements(
+    name: str, entry: Any, units: dict[str, Unit], where: str, remarks: list[str]
+) -> Iterator[SsvValue]:
+    """Give the one value of a parameter, or those of an array's elements (SSP 2.0 section 6)."""
+    typed = [child for child in entry if xml.local(child) not in ("Annotations", "MetaData", "Dimension")]
     if len(typed) != 1:
-        raise InputError(f"{where}: needs one value, not {len(typed)}; arrays are not supported")
-    kind, text, unit = xml.local(typed[0]), xml.required(typed[0], "value", where), typed[0].get("unit")
-    kind = TYPES.get(kind, kind)
-    readers = {"Real": xml.number, "Integer": xml.integer, "Boolean": xml.truth}
-    if kind not in (*readers, "String", "Enumeration"):
+        raise InputError(f"{where}: needs one value, not {len(typed)}; give a value of one type")
+    kind, unit = TYPES.get(xml.local(typed[0]), xml.local(typed[0])), typed[0].get("unit")
+    if kind not in (*_READERS, "String", "Enumeration", "Binary"):
         raise InputError(
             f"{where}: values of type {kind} are not supported; use Real, Integer, Boolean or String"
         )
-    value: Value = text
-    if kind in readers:
-        value = readers[kind](text, f"{where}: value" if kind == "Boolean" else where)
-    return SsvValue(name, kind, value, named_unit(unit, units, where, remarks) if kind == "Real" else None)
+    meant = named_unit(unit, units, where, remarks) if kind == "Real" else None
+    dimensions = entry.findall("{*}Dimension")
+    sizes = [xml.integer(xml.required(each, "size", where), where) for each in dimensions]
+    names, texts = element_names(name, sizes), [each.get("value", "") for each in typed[0]]
+    if not texts:
+        text = xml.required(typed[0], "value", where)
+        texts = text.split() if sizes and kind in _READERS else [text]
+    if len(texts) != len(names):
+        raise InputError(f"{where}: has {len(texts)} values for {len(names)} elements; give one for each")
+    for element, text in zip(names, texts, strict=True):
+        read = _READERS.get(kind)
+        at = f"{where}: value" if kind == "Boolean" else where
+        yield SsvValue(element, kind, text if read is None else read(text, at), meant, len(names))
+
+
+_READERS: Mapping[str, Callable[[str, str], Value]] = {
+    "Real": xml.number,
+    "Integer": xml.integer,
+    "Boolean": xml.truth,
+}
 
 
 def parameter_mapping(root: Any, where: str) -> tuple[Edge, ...]:
@@ -98,27 +132,73 @@ def parameter_mapping(root: Any, where: str) -> tuple[Edge, ...]:
 def with_transformation(edge: Edge, entry: Any, where: str) -> Edge:
     """Give a connection or mapping entry with what its element says of units and of a transformation."""
     suppress = xml.optional(entry, "suppressUnitConversion", xml.truth, where) or False
-    xml.refuse_other_children(entry, ("LinearTransformation", "ConnectionGeometry"), where)
+    tables = [f"{kind}MappingTransformation" for kind in _MAPPED]
+    xml.refuse_other_children(entry, ("LinearTransformation", *tables, "ConnectionGeometry"), where)
     linear, change = entry.find("{*}LinearTransformation"), None
     if linear is not None:
         factor = xml.optional(linear, "factor", xml.number, where)
         offset = xml.optional(linear, "offset", xml.number, where) or 0.0
         change = Conversion(1.0 if factor is None else factor, offset)
-    return replace(edge, transformation=change, suppress_unit_conversion=suppress)
+    found = [_value_map(each, where) for each in entry if xml.local(each) in tables]
+    if len(found) + (linear is not None) > 1:
+        raise InputError(f"{where}: has more than one transformation; keep one")
+    values = found[0] if found else None
+    return replace(edge, transformation=change, suppress_unit_conversion=suppress, values=values)
 
 
-def parameter_set_element(name: str, values: Mapping[str, Value | SsvValue]) -> Any:
-    """Give an `ssv:ParameterSet` element that holds the values and the definitions of their units."""
-    root = xml.element("ssv", "ParameterSet", version="1.0", name=name)
+_MAPPED: Mapping[str, Callable[[str, str], Value]] = {
+    "Boolean": lambda text, where: xml.truth(text, where),
+    "Integer": xml.integer,
+    "Enumeration": lambda text, where: text,
+}
+"""How the values of each mapping transformation are read."""
+
+
+def _value_map(element: Any, where: str) -> ValueMap:
+    """Give a table of values (SSP 2.0 section 4.5.3); InputError if one source value has two targets."""
+    kind = xml.local(element).removesuffix("MappingTransformation")
+    read, entries = _MAPPED[kind], dict[Value, Value]()
+    for each in element.iterfind("{*}MapEntry"):
+        source, target = (read(xml.required(each, end, where), where) for end in ("source", "target"))
+        if source in entries:
+            raise InputError(f"{where}: maps the value {source} twice; keep one entry")
+        entries[source] = target
+    return ValueMap(kind, tuple(entries.items()))
+
+
+def parameter_set_element(
+    name: str,
+    values: Mapping[str, Value | SsvValue],
+    description: str = "",
+    version: str = "1.0",
+    arrays: Mapping[str, Sequence[int]] = MappingProxyType({}),
+) -> Any:
+    """Give an `ssv:ParameterSet` element that holds the values and the definitions of their units.
+
+    Where all elements of `arrays`, whose sizes are given, have a value, they are written as one.
+    """
+    told = {"description": description} if description else {}
+    root = xml.element("ssv", "ParameterSet", version=version, name=name, **told)
     held = xml.sub_element(root, "ssv", "Parameters")
     used: dict[str, Unit] = {}
-    for key, value in values.items():
-        parameter = value if isinstance(value, SsvValue) else _plain(key, value)
+    left = {
+        key: value if isinstance(value, SsvValue) else _plain(key, value) for key, value in values.items()
+    }
+    for array, sizes in arrays.items():
+        elements = element_names(array, sizes)
+        chosen = [left[each] for each in elements if each in left]
+        if len(chosen) == len(elements) and chosen[0].type in _READERS:
+            text = " ".join(xml.text_of(each.value) for each in chosen)
+            left = {key: each for key, each in left.items() if key not in elements}
+            left[array] = replace(chosen[0], value=text)
+    for key, parameter in left.items():
         entry = xml.sub_element(held, "ssv", "Parameter", name=key)
         unit = parameter.unit
         if unit is not None:
             used[unit.name] = unit
         xml.sub_element(entry, "ssv", parameter.type, value=parameter.value, unit=unit.name if unit else None)
+        for size in arrays.get(key, ()):
+            xml.sub_element(entry, "ssc", "Dimension", size=size)
     unit_elements(root, "ssv", used.values())
     return root
 

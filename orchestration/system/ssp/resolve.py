@@ -6,14 +6,15 @@ start values for one variable that of the outer binding counts, or the later one
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import reduce
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.system.check import alike, check_connector, checked_value, own_unit, variable_of
 from warmlink.orchestration.system.model import Connection, Connector, FmuVariable, Value
-from warmlink.orchestration.system.ssp.net import Edge, Net, Node, Path
+from warmlink.orchestration.system.ssp.net import Edge, Net, Node, Path, ValueMap
 from warmlink.orchestration.system.ssp.parameter_values import SsvValue
 from warmlink.orchestration.system.units import IDENTITY, Conversion, QuantityError, Unit, conversion
 
@@ -84,16 +85,16 @@ class Resolver:
         found, info = {}, self.net.info(Node(path, ""))
         assert info is not None
         for name, declared in self.net.elements[path].connectors.items():
-            for node in self._scalars(Node(path, name), declared.sizes):
-                if node.connector not in info.variables and node not in self.net.connected:
-                    told = f"declared as a connector, but no variable of {info.path.name}; it is left out"
-                    self.remarks.append(f"{node}: {told}")
-                    continue
-                variable, unit = self.variable(node)
-                kind = check_connector(variable, declared.kind, declared.type, str(node))
-                remedy = "declare the connector in a unit of its variable"
-                _Carried(self.remarks, str(node), remedy, unit, variable.relative).into(declared.unit)
-                found[node.connector] = Connector(declared.kind, kind, unit)
+            node = Node(path, name)
+            if name not in info.variables and node not in self.net.connected:
+                told = f"declared as a connector, but no variable of {info.path.name}; it is left out"
+                self.remarks.append(f"{node}: {told}")
+                continue
+            variable, unit = self.variable(node)
+            kind = check_connector(variable, declared.kind, declared.type, str(node))
+            remedy = "declare the connector in a unit of its variable"
+            _Carried(self.remarks, str(node), remedy, unit, variable.relative).into(declared.unit)
+            found[name] = Connector(declared.kind, kind, unit)
         return found
 
     def connections(self) -> Iterator[Connection]:
@@ -103,25 +104,18 @@ class Resolver:
         """
         for way in self.net.ways:
             if self.net.info(way[0].source) is not None:
-                sources, targets = self._scalars(way[0].source), self._scalars(way[-1].target)
-                if len(sources) != len(targets):
-                    raise InputError(
-                        f"{way[0].source} -> {way[-1].target}: {len(sources)} and {len(targets)} elements; "
-                        "connect arrays of one size"
-                    )
-                for source, target in zip(sources, targets, strict=True):
-                    each = [replace(way[0], source=source), *way[1:]]
-                    each[-1] = replace(each[-1], target=target)
-                    yield self._connection(each)
+                yield self._connection(way)
 
-    def start_values(self) -> dict[Path, dict[str, Value]]:
-        """Give the start values of each component in its variables' own units."""
+    def start_values(self, causality: str | None = None) -> dict[Path, dict[str, Value]]:
+        """Give start values, of one causality or of all, by component in its variables' own units."""
         found: dict[Path, dict[str, Value]] = {path: {} for path in self.net.components}
         for binding in self.bindings:
             for parameter, entering in self._entering(binding):
                 for way in self._onward(entering):
-                    variable, value = self._started(parameter, way)
-                    found[way[-1].target.path][variable.name] = value
+                    end = way[-1].target
+                    if causality in (None, self.variable(end)[0].causality):
+                        variable, value = self._started(parameter, way)
+                        found[end.path][variable.name] = value
         return found
 
     def _entering(self, binding: Binding) -> Iterator[tuple[SsvValue, Edge]]:
@@ -136,6 +130,8 @@ class Resolver:
             if not nodes:
                 told = name if binding.mapping is None else f"{name}, to which its mapping leads,"
                 self.remarks.append(f"{binding.where}: {told} is the name of no variable and has no effect")
+            if nodes and binding.parameters[told].contradiction:
+                raise InputError(binding.parameters[told].contradiction)
             for node in nodes:
                 yield binding.parameters[told], replace(edge, source=node, target=node)
 
@@ -177,6 +173,13 @@ class Resolver:
         # A binding that names the variable itself does so whatever unit its connector shows.
         change = carried.into(own, way[0]).so_far if len(way) == 1 else self._carry(carried, way)
         value = parameter.value
+        if parameter.elements > 1 and variable.elements not in (1, parameter.elements):
+            counts = f"{parameter.elements} values for {variable.elements} elements"
+            raise InputError(f"{node}: is given {counts}; give one for each")
+        for values in (edge.values for edge in way if edge.values):
+            if values.kind == "Integer" and isinstance(value, str):
+                value = variable.items.get(value, value)
+            value = values.applied(value)
         if variable.kind == "Real":
             value = change(float(value))
         elif not change.identity:
@@ -184,17 +187,6 @@ class Resolver:
                 f"{node}: a linear transformation needs a Real, this is {variable.kind}; remove it"
             )
         return variable, checked_value(variable, value, str(node))
-
-    def _scalars(self, node: Node, sizes: Sequence[int] = ()) -> list[Node]:
-        """Give the elements of an array, or the variable itself; `sizes` are those of its connector."""
-        info = self.net.info(node)
-        names = info.arrays.get(node.connector, (node.connector,)) if info else ()
-        if sizes and math.prod(sizes) != len(names):
-            raise InputError(
-                f"{node}: is declared with {math.prod(sizes)} elements, but has {len(names)} in its FMU; "
-                "correct one"
-            )
-        return [Node(node.path, name) for name in names]
 
     def variable(self, node: Node) -> tuple[FmuVariable, Unit | None]:
         """Give a component's scalar variable and the unit of its values."""
@@ -220,7 +212,8 @@ class Resolver:
         source, target = way[0].source, way[-1].target
         (giving, unit), (taking, target_unit) = self.variable(source), self.variable(target)
         between = f"{source} -> {target}"
-        both = giving.kind == taking.kind == "Enumeration"
+        values = _mapped(giving, taking, [edge.values for edge in way if edge.values], between)
+        both = giving.kind == taking.kind == "Enumeration" and not values
         if not alike(giving.kind, taking.kind) or (both and giving.items != taking.items):
             kinds = f"{giving.kind} does not convert to {taking.kind}"
             raise InputError(f"{between}: {kinds}; connect variables of one type")
@@ -242,4 +235,38 @@ class Resolver:
             told = f"a linear transformation needs Real variables, these are {giving.kind}"
             raise InputError(f"{between}: {told}; remove it")
         names = ".".join(source.path), source.connector, ".".join(target.path), target.connector
-        return Connection(*names, found[0].factor, found[0].offset)
+        return Connection(*names, found[0].factor, found[0].offset, values)
+
+
+def _mapped(
+    giving: FmuVariable, taking: FmuVariable, maps: Sequence[ValueMap], where: str
+) -> tuple[tuple[Value, Value], ...]:
+    """Give what becomes of values under tables one after another; those that stay as they are left out.
+
+    InputError if a table is of another type than the variables, or names no item of theirs.
+    """
+    integers = ("Integer", "Enumeration")
+    found: list[dict[Value, Value]] = []
+    for each in maps:
+        fits = {"Boolean": ("Boolean",), "Integer": integers, "Enumeration": ("Enumeration",)}[each.kind]
+        if not {giving.kind, taking.kind} <= set(fits):
+            told = f"a table of {each.kind} values does not map {giving.kind} to {taking.kind}"
+            raise InputError(f"{where}: {told}; remove it or choose another")
+        entries = dict(each.entries)
+        if each.kind == "Enumeration":
+            for name in entries.values():
+                if name not in taking.items:
+                    raise InputError(
+                        f"{where}: {name!r} is no item there; {instead(str(name), taking.items)}"
+                    )
+            entries = {
+                giving.items[str(source)]: taking.items[str(target)]
+                for source, target in entries.items()
+                if source in giving.items
+            }
+        found.append(entries)
+    sources = dict.fromkeys(source for entries in found for source in entries)
+    results = {
+        source: reduce(lambda value, table: table.get(value, value), found, source) for source in sources
+    }
+    return tuple((source, target) for source, target in results.items() if source != target)

@@ -14,6 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import listed
 from warmlink.orchestration.system import archive, xml
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Connector, DefaultExperiment, Implementation
+from warmlink.orchestration.system.ssp.arrays import element_of, mapped_elements
 from warmlink.orchestration.system.ssp.net import Edge, Element, Net, Node, Path
 from warmlink.orchestration.system.ssp.parameter_values import (
     parameter_mapping,
@@ -37,6 +38,7 @@ class Reader:
 
     Packages inside the package are unpacked into `workdir`. Of the document that is being read it knows where
     that lies, which units it defines, and those that hold it, itself among them; `documents` are all so far.
+    One that its user has `unpacked` may refer to files outside its folder.
     """
 
     workdir: File
@@ -47,6 +49,7 @@ class Reader:
     units: dict[str, Unit] = field(default_factory=dict)
     enclosing: tuple[File, ...] = ()
     documents: set[File] = field(default_factory=set)
+    unpacked: bool = False
 
     def read(self, path: File, at: Path = ()) -> tuple[str, DefaultExperiment]:
         """Read an SSD as the system `at` a path; give its name and the experiment that it proposes."""
@@ -115,14 +118,14 @@ class Reader:
         address, _, fragment = source.partition("#")
         if not address:
             raise InputError(f"{where}: source {source} refers to a part of its own document; write it out")
-        path = self._file(address, where)
+        path, inner = self._file(address, where), self
         if kind == PACKAGE_TYPE:
             inside = _relative(fragment, where) or "SystemStructure.ssd"
             self.remarks.extend(archive.repeated_entries(path))
-            path = archive.unpack(path, self.workdir) / inside
+            path, inner = archive.unpack(path, self.workdir) / inside, replace(self, unpacked=False)
         elif fragment:
             raise InputError(f"{where}: source {source} refers to a part of a document; name the document")
-        self.read(path, at)
+        inner.read(path, at)
         missing = sorted(set(shown) - set(self.net.elements[at].connectors))
         if missing:
             raise InputError(f"{where}: {source} has no connector {missing[0]}; remove it or add it there")
@@ -141,27 +144,30 @@ class Reader:
             typed = [each for each in child if xml.local(each) not in untyped]
             if len(typed) > 1:
                 raise InputError(f"{where}: clocked connectors are not supported; connect others")
-            sizes = tuple(
-                xml.integer(xml.required(d, "size", where), where) for d in child.iterfind("{*}Dimension")
-            )
+            sizes = self._sizes(child, where)
             named = typed[0].get("unit") if typed else None
             unit = named_unit(named, self.units, where, self.remarks)
             found[name] = Connector(kind, xml.local(typed[0]) if typed else None, unit, sizes)
         return found
+
+    def _sizes(self, connector: Any, where: str) -> tuple[int, ...]:
+        """Give the sizes of an array connector; none where one is left to the FMU."""
+        texts = [each.get("size") for each in connector.iterfind("{*}Dimension")]
+        return () if None in texts else tuple(xml.integer(text, where) for text in texts)
 
     def _connection(self, element: Any, at: Path) -> Edge:
         ends = []
         for end in ("start", "end"):
             owner = element.get(f"{end}Element")
             connector = xml.required(element, f"{end}Connector", self._where(at))
+            where = f"{self._where(at)}: {connector}: {end}Indices"
+            indices = [xml.integer(text, where) for text in (element.get(f"{end}Indices") or "").split()]
+            connector = element_of(connector, indices) if indices else connector
             ends.append(Node((*at, owner) if owner else at, connector))
         edge = Edge(ends[0], ends[1])
         for end in ("start", "end"):
             if element.get(f"{end}Element") == "":
                 self.remarks.append(f"{edge}: its {end}Element is empty and is read as the system itself")
-        for name in ("startIndices", "endIndices"):
-            if element.get(name) is not None:
-                raise InputError(f"{edge}: {name} is not supported; connect scalars")
         return with_transformation(edge, element, str(edge))
 
     def _bindings(self, element: Any, at: Path) -> list[Binding]:
@@ -179,7 +185,8 @@ class Reader:
         mapping = element.find("{*}ParameterMapping")
         entries = None
         if mapping is not None:
-            entries = parameter_mapping(*self._content(mapping, "{*}ParameterMapping", where))
+            told = parameter_mapping(*self._content(mapping, "{*}ParameterMapping", where))
+            entries = mapped_elements(told, parameters)
         return Binding(at, parameters, entries, where)
 
     def _content(self, holder: Any, way: str, where: str) -> tuple[Any, str]:
@@ -207,7 +214,7 @@ class Reader:
             parts = urlsplit(source)
         except ValueError:
             raise InputError(f"{where}: source {source!r} is not a URI") from None
-        relative = None if parts.scheme or parts.netloc else _relative(parts.path, where)
+        relative = None if parts.scheme or parts.netloc else self._inside(parts.path, where)
         if not relative:
             raise InputError(
                 f"{where}: source {source!r} is not a file inside the SSP; put it into resources"
@@ -217,6 +224,12 @@ class Reader:
             if name and is_file(self.path.parent / name):
                 return self.path.parent / name
         raise InputError(f"{where}: the SSP holds no {source}; add the file or correct the source")
+
+    def _inside(self, source: str, where: str) -> str | None:
+        """Give a relative path, which stays inside the SSP unless its user has unpacked that."""
+        plain = unquote(source)
+        outside = self.unpacked and not plain.startswith(("/", "\\")) and "\0" not in plain
+        return plain if outside else _relative(source, where)
 
 
 def _relative(source: str, where: str) -> str | None:

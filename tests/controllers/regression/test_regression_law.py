@@ -99,3 +99,24 @@ def test_a_law_that_was_learnt_starts_where_its_readings_say() -> None:
     """A warm start: within 5 um of the growth in a minute."""
     told = run(COMPONENT, warming(120, 0.0, noise=0.05) + 20.0)
     assert np.abs(told.correction[60:] - told.correction[-1]).max() < 5e-6
+
+
+@pytest.mark.parametrize("leap", [1.0, -5.0])
+def test_it_is_not_ready_once_thermometers_have_leapt_until_they_leap_back(leap: float) -> None:
+    """No heat makes 1 K in a second. It was ready, and 7 um off, where both had leapt by as much."""
+    temperature = warming(1200, 0.0, noise=0.05)
+    temperature[100:600] += leap
+    ready = run(law_with(coefficient_spread=[0.0] * 15), temperature).ready > 0
+    assert ready[20:100].all()
+    assert not ready[100:600].any()
+    assert ready[-300:].all()
+
+
+@pytest.mark.parametrize("heard", [0, 300])
+def test_it_holds_its_correction_where_no_thermometer_tells_anything(heard: int) -> None:
+    """After some minutes it told the mean growth of what it was learnt from: 46 um on a cold machine."""
+    temperature = warming(2400, 0.0)
+    temperature[heard:] = np.nan
+    told = run(law_with(mean_rise=[20.0] * 5), temperature)
+    assert told.correction[heard:] == pytest.approx(told.correction[heard - 1] if heard else 0.0, abs=1e-7)
+    assert not told.ready[heard:].any()

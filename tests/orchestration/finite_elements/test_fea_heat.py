@@ -13,7 +13,14 @@ from tests.bars import bar
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.thermal_link.equations import STEFAN_BOLTZMANN
 from warmlink.orchestration.finite_elements.body import HeatModel
-from warmlink.orchestration.finite_elements.transient import Fea, HeatDrive, HeatStepper, graded, held, within
+from warmlink.orchestration.finite_elements.transient import (
+    Fea,
+    HeatDrive,
+    HeatStepper,
+    graded,
+    held_course,
+    within,
+)
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS
 from warmlink.orchestration.paper.mesh import RodMesh, paper_assembly
 
@@ -158,7 +165,7 @@ def test_assembly_surface_and_volume_converge_to_the_exact_ones() -> None:
 
 
 def test_held_series_jumps_only_where_a_step_begins() -> None:
-    series = held((0.0, 100.0), (1.0, 2.0))
+    series = held_course((0.0, 100.0), (1.0, 2.0))
     assert within(series, 90.0, 10.0, 1.0) == 1.0
     assert within(series, 100.0, 10.0, 0.0) == 2.0
 

@@ -20,7 +20,7 @@ from warmlink.orchestration.diagnosis.data.inputs import of_scenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import rig_of, with_paths
 from warmlink.orchestration.products.diagnose import Found
-from warmlink.orchestration.studies.session import Means
+from warmlink.orchestration.studies.session import RunOptions
 from warmlink.orchestration.system.assemble import read_system
 
 STUDY = """
@@ -103,12 +103,12 @@ def test_it_is_run_compared_and_tuned(path: Path) -> None:
     outcome = wl.run(path, step="10 s")
     assert outcome.uncompensated.max_abs_um > 5
     assert outcome.metrics.max_abs_um < outcome.uncompensated.max_abs_um
-    by_fmus = Means(exact=True, jobs=1)
-    rows = wl.compare(["lag"], mismatches=["nominal", "insulated"], scenario=path, means=by_fmus).rows
+    by_fmus = RunOptions(exact=True, jobs=1)
+    rows = wl.compare(["lag"], mismatches=["nominal", "insulated"], scenario=path, options=by_fmus).rows
     kept, insulated = (rows["none", path.stem, name].outcome.max_abs_um for name in ("nominal", "insulated"))
     assert insulated > kept
     Path("study.toml").write_text(STUDY.format(name=path.stem), "utf-8")
-    best = wl.tune("study.toml", means=by_fmus).best
+    best = wl.tune("study.toml", options=by_fmus).best
     assert best is not None
     assert best.objective < kept
 

@@ -1,7 +1,11 @@
 /* A model for model exchange: a ball that falls under g and a wind u, and bounces with restitution 1/2; a clock
  * that counts whole seconds; the simulation ends when it has counted to `last`. With flag 1 its discrete states
  * never agree; with flag 2 it asks for an event after every step of the solver. */
-#if FMI == 3
+#if FMI == 1
+#include <stddef.h>
+typedef char Flag;
+typedef int Status;
+#elif FMI == 3
 #include "fmi3Functions.h"
 typedef fmi3Boolean Flag;
 typedef fmi3Status Status;
@@ -58,7 +62,35 @@ static int states(Model *m, double *x) { return x[0] = m->r[H], x[1] = m->r[FALL
 static int move(Model *m, const double *x) { return m->r[H] = x[0], m->r[FALL] = x[1], 0; }
 static int ones(double *x) { return x[0] = x[1] = 1, 0; }
 
-#if FMI == 3
+#if FMI == 1
+typedef void *C;
+typedef struct { void *functions[4]; } Callbacks;
+typedef struct { char converged, references, states, ends, defined; double next; } Info;
+#define NAMED(name) Exchange_fmi##name
+const char *Exchange_fmiGetModelTypesPlatform(void) { return "standard32"; }
+const char *Exchange_fmiGetVersion(void) { return "1.0"; }
+int Exchange_fmiSetDebugLogging(C c, char on) { return 0; }
+C Exchange_fmiInstantiateModel(const char *name, const char *guid, Callbacks callbacks, char logging) { return begun(); }
+void Exchange_fmiFreeModelInstance(C c) { free(c); }
+int Exchange_fmiGetReal(C c, const unsigned v[], size_t n, double x[]) { return get(c, v, n, x); }
+int Exchange_fmiSetReal(C c, const unsigned v[], size_t n, const double x[]) { return set(c, v, n, x); }
+int Exchange_fmiEventUpdate(C c, char between, Info *e)
+{
+    Flag again;
+    int status = round_of_event(c, &again, &e->ends, &e->states, &e->defined, &e->next);
+    return e->converged = !again, status;
+}
+int Exchange_fmiInitialize(C c, char d, double tolerance, Info *e) { return Exchange_fmiEventUpdate(c, 0, e); }
+int Exchange_fmiGetDerivatives(C c, double x[], size_t n) { return rates(c, x); }
+int Exchange_fmiGetNominalContinuousStates(C c, double x[], size_t n) { return ones(x); }
+int Exchange_fmiGetStateValueReferences(C c, unsigned v[], size_t n) { return v[0] = H, v[1] = FALL, 0; }
+int Exchange_fmiGetInteger(void) { return 3; }
+int Exchange_fmiSetInteger(void) { return 3; }
+int Exchange_fmiGetBoolean(void) { return 3; }
+int Exchange_fmiSetBoolean(void) { return 3; }
+int Exchange_fmiGetString(void) { return 3; }
+int Exchange_fmiSetString(void) { return 3; }
+#elif FMI == 3
 typedef fmi3Instance C;
 #define NAMED(name) fmi3##name
 fmi3Status fmi3SetDebugLogging(C c, fmi3Boolean on, size_t n, const fmi3String k[]) { return 0; }
@@ -101,7 +133,15 @@ fmi2Status fmi2NewDiscreteStates(C c, fmi2EventInfo *e)
 }
 fmi2Status fmi2GetDerivatives(C c, double x[], size_t n) { return rates(c, x); }
 #endif
+#if FMI == 1
+int Exchange_fmiCompletedIntegratorStep(C c, Flag *event) { return *event = ((Model *)c)->r[FLAW] == 2, 0; }
+#else
 void NAMED(FreeInstance)(C c) { free(c); }
+Status NAMED(CompletedIntegratorStep)(C c, Flag kept, Flag *event, Flag *ends)
+{
+    return *event = ((Model *)c)->r[FLAW] == 2, *ends = 0, 0;
+}
+#endif
 Status NAMED(ExitInitializationMode)(C c) { return 0; }
 Status NAMED(Terminate)(C c) { return 0; }
 Status NAMED(EnterEventMode)(C c) { return 0; }
@@ -111,7 +151,3 @@ Status NAMED(SetContinuousStates)(C c, const double x[], size_t n) { return move
 Status NAMED(GetContinuousStates)(C c, double x[], size_t n) { return states(c, x); }
 Status NAMED(GetNominalsOfContinuousStates)(C c, double x[], size_t n) { return ones(x); }
 Status NAMED(GetEventIndicators)(C c, double z[], size_t n) { return z[0] = ((Model *)c)->r[H], 0; }
-Status NAMED(CompletedIntegratorStep)(C c, Flag kept, Flag *event, Flag *ends)
-{
-    return *event = ((Model *)c)->r[FLAW] == 2, *ends = 0, 0;
-}

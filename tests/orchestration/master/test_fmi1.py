@@ -1,4 +1,4 @@
-"""FMUs of FMI 1.0 for co-simulation, against FMPy; and what is refused of FMI 1.0."""
+"""FMUs of FMI 1.0 for co-simulation, against FMPy."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from fmpy import simulate_fmu
 
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import Isolation
@@ -122,10 +121,3 @@ def test_a_refused_step_ends_the_run_with_what_it_logged(first: Path) -> None:
         result.reason or ""
     )
     assert len(result.table) == 6
-
-
-def test_model_exchange_of_fmi_1_is_refused(tmp_path: Path) -> None:
-    text = DESCRIPTION[: DESCRIPTION.index("<Implementation>")] + "</fmiModelDescription>"
-    fmu = compiled(tmp_path, Path(__file__).with_name("first.c"), text)
-    with pytest.raises(InputError, match=r"offers model exchange of FMI 1\.0, neither co-simulation nor"):
-        read_description(fmu)

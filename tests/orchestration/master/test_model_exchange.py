@@ -18,7 +18,8 @@ from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.system.assemble import assemble, connected, read_system
-from warmlink.orchestration.system.description import described, read_description
+from warmlink.orchestration.system.described import described
+from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import FmuPart, Implementation, System, Value
 from warmlink.orchestration.system.write import write_ssp
 
@@ -31,6 +32,8 @@ STARTS = {"u": "0", "last": "1e9", "flaw": "0"}
 
 def description(version: str) -> str:
     """Model description of the model in `exchange.c`."""
+    if version == "1.0":
+        return description_of_fmi1()
     modern, variables = version == "3.0", []
     for i, name in enumerate(NAMES[1:], start=1):
         kind = KINDS.get(name, "local")
@@ -69,7 +72,24 @@ def description(version: str) -> str:
     )
 
 
-@pytest.fixture(scope="module", params=["2.0", "3.0"])
+def description_of_fmi1() -> str:
+    variables = []
+    for i, name in enumerate(NAMES[1:], start=1):
+        kind = KINDS.get(name, "internal")
+        start = f' start="{STARTS[name]}"' if name in STARTS else ""
+        role = ' variability="parameter"' if kind == "parameter" else f' causality="{kind}"'
+        role += ' variability="discrete"' if name == "count" else ""
+        inner = "<DirectDependency/>" if kind == "output" else ""
+        head = f'name="{name}" valueReference="{i}"{role}'
+        variables.append(f"<ScalarVariable {head}><Real{start}/>{inner}</ScalarVariable>")
+    counts = 'numberOfContinuousStates="2" numberOfEventIndicators="1"'
+    return (
+        f'<fmiModelDescription fmiVersion="1.0" modelName="x" modelIdentifier="Exchange" guid="x" {counts}>'
+        f"<ModelVariables>{''.join(variables)}</ModelVariables></fmiModelDescription>"
+    )
+
+
+@pytest.fixture(scope="module", params=["1.0", "2.0", "3.0"])
 def ball(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     source = Path(__file__).with_name("exchange.c")
     return compiled(tmp_path_factory.mktemp("exchange"), source, description(request.param))
@@ -136,7 +156,8 @@ def test_steps_are_repeated_to_the_last_bit(ball: Path) -> None:
     assert 0 < abs(coarse["b.h"][-1] - once["b.h"][-1]) < 0.1
 
 
-def test_isolated_it_is_the_same(ball: Path) -> None:
+def test_isolated_it_is_the_same(tmp_path: Path) -> None:
+    ball = compiled(tmp_path, Path(__file__).with_name("exchange.c"), description("2.0"))
     alone = simulate(assemble("one", {"a": ball}), 1.0, 0.125, isolation=Isolation())
     np.testing.assert_array_equal(alone["a.h"], ran(ball, 0.125, 1.0)["a.h"])
 

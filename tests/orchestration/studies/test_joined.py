@@ -20,7 +20,7 @@ from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies import joined as runs
 from warmlink.orchestration.studies import processes
 from warmlink.orchestration.studies.case import METRICS, Case, case_of, figures
-from warmlink.orchestration.studies.joined import agreeing, joined_systems, tried
+from warmlink.orchestration.studies.joined import agreeing, differences_from_fmus, joined_systems
 from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import (
     FmuSet,
@@ -206,7 +206,7 @@ def test_what_is_tried_is_where_the_growth_turns_most_sharply(
             scenario(folder, "lag", duty).mismatched(mismatch.load(name)) for duty in duties for name in names
         ]
         lag = replace(fmus, rollouts={LAWS["lag"]: rollouts[LAWS["lag"]]})
-        ((_, found),) = tried(changed, lag, print).values()
+        ((_, found),) = differences_from_fmus(changed, lag, print).values()
         return found
 
     names = ["nominal", "thermal_high", "insulated"]

@@ -156,6 +156,13 @@ def test_equal_values_may_stand_twice(lab: Lab) -> None:
             lab.read(alone("", parameters("length:Real:2:m", other)))
 
 
+def test_values_that_contradict_each_other_may_go_nowhere(lab: Lab) -> None:
+    """As those of a whole aircraft's parts in one set, of which a simulation takes some."""
+    read = lab.read(alone("", parameters("wing:Real:2:m", "wing:Real:3:m", "length:Real:2:m")))
+    assert read.components["link"].values == {"length": 2.0}
+    assert any("wing is the name of no variable" in told for told in read.remarks)
+
+
 def test_a_mapping_to_a_name_that_is_none_has_no_effect(lab: Lab) -> None:
     """As a value of such a name has none."""
     held = parameters("L:Real:1").replace(

@@ -40,7 +40,7 @@ def odd_files(lab: Lab) -> dict[str, str | bytes]:
     """Give FMUs that no system can use, under the names by which the cases refer to them."""
     texts = {
         "Exchange": fmi2("Exchange", LINK, "ModelExchange"),
-        "Old": '<fmiModelDescription fmiVersion="1.0"/>',
+        "Scheduled": '<fmiModelDescription fmiVersion="3.0"><ScheduledExecution/></fmiModelDescription>',
         "New": '<fmiModelDescription fmiVersion="4.0"/>',
     }
     files: dict[str, str | bytes] = {
@@ -98,9 +98,9 @@ CASES = [
         "link: implementation ScheduledExecution is not supported; use any, CoSimulation or ModelExchange",
     ),
     Case(
-        "model_exchange_of_fmi1",
-        alone(fmu="resources/Old.fmu"),
-        "link: Old.fmu: modelDescription.xml: offers model exchange of FMI 1.0, neither co-simulation nor model exchange of FMI 2.0 or 3.0; export the model for co-simulation",
+        "scheduled_execution",
+        alone(fmu="resources/Scheduled.fmu"),
+        "link: Scheduled.fmu: modelDescription.xml: offers ScheduledExecution, neither co-simulation nor model exchange; export the model for one",
     ),
     Case(
         "modelica",
@@ -217,8 +217,8 @@ CASES = [
     ),
     Case(
         "value_binary",
-        cell(link=parameters("label:Binary:00")),
-        "link: ParameterSet: label: values of type Binary are not supported; use Real, Integer, Boolean or String",
+        cell(link=parameters("label:Clock:00")),
+        "link: ParameterSet: label: values of type Clock are not supported; use Real, Integer, Boolean or String",
     ),
     Case(
         "value_twice",

@@ -18,6 +18,10 @@ from .ssp_text import (
     connector,
 )
 
+TWICE = (
+    '<ssc:IntegerMappingTransformation><ssc:MapEntry source="1" target="2"/><ssc:MapEntry source="1" target="3"/>'
+    "</ssc:IntegerMappingTransformation>"
+)
 CASES = [
     Case(
         "quantity",
@@ -82,14 +86,24 @@ CASES = [
         "motor.steps -> link.mode: a linear transformation needs Real variables, these are Integer; remove it",
     ),
     Case(
-        "mapping_transformation",
-        cell(connection("motor.steps", "link.mode", "<ssc:IntegerMappingTransformation/>")),
-        "motor.steps -> link.mode: the element IntegerMappingTransformation is not supported; remove it or write it another way",
+        "table_of_another_type",
+        cell(connection("motor.steps", "link.mode", "<ssc:BooleanMappingTransformation/>")),
+        "motor.steps -> link.mode: a table of Boolean values does not map Integer to Integer; remove it or choose another",
+    ),
+    Case(
+        "table_with_two_targets",
+        cell(connection("motor.steps", "link.mode", TWICE)),
+        "motor.steps -> link.mode: maps the value 1 twice; keep one entry",
+    ),
+    Case(
+        "two_transformations",
+        cell(connection("motor.steps", "link.mode", "<ssc:IntegerMappingTransformation/>" + LINEAR)),
+        "motor.steps -> link.mode: has more than one transformation; keep one",
     ),
     Case(
         "indices",
         cell(connection("motor.heat_flow", "link.heat_flow", attributes='startIndices="1"')),
-        "motor.heat_flow -> link.heat_flow: startIndices is not supported; connect scalars",
+        "motor.heat_flow[1] -> link.heat_flow: motor has no connector heat_flow[1]; declare it or correct the name",
     ),
     Case(
         "bad_flag",

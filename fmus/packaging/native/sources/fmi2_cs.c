@@ -1,4 +1,4 @@
-/* FMI 2.0 in every step: the step, and real numbers in and out; all else is in fmi2_rest.c and model.c. */
+/* FMI 2.0 in every step: the step, and real numbers in and out; all else is in fmi2_rest.c and the model's own files. */
 #include "fmi2_host.h"
 #include "fmi_values.h"
 #include "model_values.h"

@@ -1,4 +1,4 @@
-/* FMI 3.0 in every step: the step, and real numbers in and out; all else is in fmi3_rest.c and model.c. */
+/* FMI 3.0 in every step: the step, and real numbers in and out; all else is in fmi3_rest.c and the model's own files. */
 #include "fmi3_host.h"
 #include "fmi_values.h"
 #include "model_values.h"

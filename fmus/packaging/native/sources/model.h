@@ -2,7 +2,8 @@
 
    starting.c, running.c, deriving.c and variables.c, generated from the component's declaration, give what is
    declared below under WL(...). What runs in every step is a part of fmi2_cs.c or fmi3_cs.c, so that a compiler sees all at
-   once; what does not is in model.c, and in fmi2_rest.c or fmi3_rest.c. Units call each other by WL(...) too. */
+   once; what does not is in model_life.c and model_sentences.c, and in fmi2_rest.c or fmi3_rest.c. Units call each other
+   by WL(...) too. */
 #ifndef WARMLINK_MODEL_H
 #define WARMLINK_MODEL_H
 
@@ -158,7 +159,7 @@ typedef void (*Between)(void *host, double time, int finished, double *until);
 #define report WL(report)
 void report(void *host, Severity severity, const char *sentence);
 
-/* model.c */
+/* model_sentences.c and model_life.c */
 #define model_report WL(model_report)
 #define model_refuse WL(model_refuse)
 #define model_mend WL(model_mend)

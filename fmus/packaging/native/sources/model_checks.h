@@ -1,7 +1,8 @@
 /* What may be wrong with values and states; a part of every unit that asks. */
+#include "model_fault.h"
+
 #include <limits.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,27 +11,6 @@
 #define TICK_TOLERANCE 1e-9
 /* Share of time and step by which a host's sum of steps may miss our time. */
 #define CLOCK_TOLERANCE 1e-6
-
-/* What is wrong with one value, with %s for bound and unit; NULL where it is well. */
-static inline const char *fault(const Variable *variable, double value, double *bound)
-{
-    if (isnan(value))
-        return variable->flags & ACCEPTS_NAN ? NULL : " is not a number; give a value";
-    if (isinf(value))
-        return " is not finite; give a finite value";
-    *bound = 0;
-    if ((variable->flags & POSITIVE) && value <= 0)
-        return " is not positive; give a value above %s%s";
-    *bound = variable->minimum;
-    if ((variable->flags & HAS_MINIMUM) && value < variable->minimum)
-        return " is too low; give at least %s%s";
-    *bound = variable->maximum;
-    if ((variable->flags & HAS_MAXIMUM) && value > variable->maximum)
-        return " is too high; give at most %s%s";
-    if (variable->kind != REAL && value != nearbyint(value))
-        return " is not a whole number; give one";
-    return NULL;
-}
 
 /* Whether inputs are well, once those are mended that miss a bound by a rounding error. */
 static inline int inputs_are_well(Model *model, double *inputs)

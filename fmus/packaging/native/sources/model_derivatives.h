@@ -1,4 +1,4 @@
-/* Derivatives: of inputs and outputs by time, of outputs and rates in a direction; a part of model.c. */
+/* Derivatives: of inputs and outputs by time, of outputs and rates in a direction; a part of model_life.c. */
 
 int model_set_derivative(Model *model, unsigned reference, int order, double value)
 {

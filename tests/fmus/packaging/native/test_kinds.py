@@ -42,7 +42,7 @@ def given(arm: Component, sizes: list[int]) -> list[NDArray[np.float64]]:
 
 def test_calls_give_the_doubles_of_what_is_written_out(arm: Component) -> None:
     plan = WirePlan(arm)
-    groups, seen = joint_code.seen(plan)
+    groups, seen = joint_code.output_functions(plan)
     parts = [*joint_step.stepping(plan), *seen]
     parts += [*joint_step.slopes(plan)] if not arm.sampled else []
     called = {name: function(name, *rest) for name, *rest in parts}

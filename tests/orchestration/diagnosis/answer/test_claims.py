@@ -44,7 +44,7 @@ def test_the_growth_in_other_duty_cycles_lies_in_its_band(loose: Diagnosis) -> N
 
 def test_what_is_left_unexplained_widens_the_band(loose: Diagnosis) -> None:
     left = {"elongation": replace(loose.remaining["elongation"], rmse=1.6e-6)}
-    doubtful = claims(loose.experiment, loose.assessment, (loose.assessment.best,), left)
+    doubtful = claims(loose.experiment, loose.assessment, (loose.after,), left)
     holds = {each.duty: each.holds for each in doubtful}
     assert not holds["heavy_payload"]
     assert holds["light_payload"]

@@ -162,6 +162,18 @@ def test_a_machine_that_stands_still_at_0_degc_is_no_row_of_zeros(tmp_path: Path
     assert run.remarks == ()
 
 
+@pytest.mark.parametrize(("rate", "said"), [(0.02, "ever later"), (-0.02, "ever earlier")])
+def test_a_clock_that_runs_fast_or_slow_is_told_from_one_that_is_late(
+    rate: float, said: str, tmp_path: Path, sound: Columns
+) -> None:
+    time = sound["time [s]"]
+    driving = ("time [s]", SPEED, TORQUE, PAD, "ambient_temperature [degC]")
+    read_out = {n: np.interp(time / (1 + rate), time, v) for n, v in sound.items() if n not in driving}
+    (sentence,) = slips(experiment(tmp_path, {**sound, **read_out})).wrong
+    assert f"follows the inputs {said}, by " in sentence
+    assert f"the readings runs {'fast' if rate > 0 else 'slow'}; log both by one" in sentence
+
+
 def test_heat_that_no_reading_would_show_is_not_missed(tmp_path: Path) -> None:
     """Where friction and iron loss are known to be 0, a speed that nobody logged makes no heat."""
     none = [

@@ -14,6 +14,7 @@ from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import assess, fitted_part
 from warmlink.orchestration.diagnosis.practice.hidden import Course, Truth, simulate
+from warmlink.orchestration.diagnosis.practice.hidden_terms import hidden_term
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
@@ -78,26 +79,24 @@ def test_a_cause_that_calibration_takes_up_hides_no_other(tmp_path: Path) -> Non
     assert (found.word, found.best.name) == ("named", "forced_convection")
 
 
-@pytest.mark.parametrize(
-    ("coulomb", "names"), [(1.3, {"coulomb_friction", "backlash_heat"}), (0.7, {"coulomb_friction"})]
-)
-def test_heat_of_play_is_told_from_friction_by_no_log_of_one_stroke(
-    tmp_path: Path, coulomb: float, names: set[str]
-) -> None:
-    """Play makes heat in proportion to the speed as well, and never takes heat away."""
-    write_csv(hide({"coulomb_friction": coulomb}, interval=60.0, seed=4), tmp_path / "run.csv")
+def test_heat_of_play_is_told_from_friction_by_no_log_of_one_stroke(tmp_path: Path) -> None:
+    play = [hidden_term("shaft: 0.6 * speed")]
+    write_csv(hide({}, interval=60.0, seed=4, terms=play), tmp_path / "run.csv")
     experiment = read_experiment(tmp_path / "run.csv")
     found = assess(experiment)
-    assert found.word == ("ambiguous" if len(names) > 1 else "named")
-    assert {fit.name for fit in (found.best, *found.rivals)} == names
-    assert found.best.name == "coulomb_friction"
+    assert (found.word, found.best.name) == ("ambiguous", "coulomb_friction")
+    assert [fit.name for fit in found.rivals] == ["backlash_heat"]
     proposed = next_experiment(found, experiment)
-    if len(names) == 1:
-        assert proposed is None
-    else:
-        assert proposed is not None
-        assert "half the stroke" in proposed.why
-        assert proposed.alike == (("coulomb_friction", "backlash_heat"),)
+    assert proposed is not None
+    assert "half the stroke" in proposed.why
+    assert proposed.alike == (("coulomb_friction", "backlash_heat"),)
+
+
+def test_play_takes_no_heat_away(tmp_path: Path) -> None:
+    write_csv(hide({"coulomb_friction": 0.7}, interval=60.0, seed=4), tmp_path / "run.csv")
+    found = assess(read_experiment(tmp_path / "run.csv"))
+    assert found.best.name == "coulomb_friction"
+    assert not any("backlash_heat" in fit.key for fit in found.rivals)
 
 
 def test_a_rod_is_offered_no_cause_of_what_it_has_not() -> None:

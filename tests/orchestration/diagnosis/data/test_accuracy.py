@@ -43,6 +43,14 @@ def test_one_figure_is_for_every_column_of_its_quantity(measured: Experiment) ->
     assert both["link.tip_temperature"] == 0.2
 
 
+def test_it_is_said_which_columns_are_judged_by_their_noise(measured: Experiment) -> None:
+    told = with_accuracy(measured, ["0.5 K"]).remarks[-1]
+    assert told.startswith("which error matters is not said of elongation, so that noise judges it")
+    assert "'elongation': '2 um'" in told
+    assert with_accuracy(measured, ["0.5 K", "2 um"]).remarks == measured.remarks
+    assert with_accuracy(measured, []).remarks == measured.remarks
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [("-1 K", "above 0"), ("3 V", "V"), ("T9=1 K", "is not measured"), ("elongation=", "elongation")],

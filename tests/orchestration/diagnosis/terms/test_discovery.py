@@ -6,6 +6,8 @@ import json
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
 from warmlink.orchestration.diagnosis.practice.hidden_terms import hidden_term
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.diagnosis.terms import library, search
-from warmlink.orchestration.diagnosis.terms.discovery import discover
+from warmlink.orchestration.diagnosis.terms.discovery import _catalogue_score, discover
 from warmlink.orchestration.diagnosis.terms.missing import Missing
 from warmlink.orchestration.diagnosis.terms.words import Equation, content_with, discovered, summary_with
 from warmlink.orchestration.fmu_store import FmuStore
@@ -96,8 +98,9 @@ def test_what_is_missing_is_heat_at_the_shaft(found: Equation) -> None:
 def test_it_predicts_rows_that_were_not_fitted(found: Equation) -> None:
     before, after = found.held_out["elongation"]
     assert after < 0.1 * before
-    assert found.discovery.foretold is not None
-    assert found.discovery.foretold.held_out.in_noise < 1.3  # type: ignore[union-attr]
+    (foretold,) = found.discovery.foretold
+    assert foretold.held_out is not None
+    assert foretold.held_out.in_noise < 1.3
 
 
 def test_it_is_said_with_units_and_intervals(found: Equation) -> None:
@@ -184,6 +187,15 @@ def test_a_loop_of_unknown_fmus_is_told_so(found: Equation) -> None:
     said = discover(diagnosis.assessment, "unknown", looped, diagnosis.scores, None)
     assert said.finding == "none"
     assert "in a loop" in said.because
+
+
+def test_causes_are_scored_by_what_they_leave_not_by_what_they_gain() -> None:
+    """The uncorrected model's chi-square is another one in every search, and 1 % of it may be a thousand."""
+    best = SimpleNamespace(chi2=2430.0, items=[SimpleNamespace(freed=("a", "b"))])
+    assessment = SimpleNamespace(best=best, search=SimpleNamespace(items=range(50)))
+    search: Any = SimpleNamespace(assessment=assessment, of_number=8.0, bare_score=121661.0)
+    assert _catalogue_score(search, "named") == pytest.approx(2430.0 + 2 * np.log(50) + 16.0)
+    assert _catalogue_score(search, "empirical") == np.inf
 
 
 def test_what_readings_answer_is_what_a_small_heat_does(found: Equation) -> None:

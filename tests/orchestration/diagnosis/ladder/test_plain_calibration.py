@@ -1,0 +1,61 @@
+"""A plain calibration on a log of a machine of other structure: what the log does not tell stays as usual."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from benchmarks.strange_machine import Demand, Machine
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.data.experiment import together
+from warmlink.orchestration.diagnosis.diagnose import read
+from warmlink.orchestration.diagnosis.fit.fitted import Carried
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.verdict import fitted_part
+from warmlink.orchestration.diagnosis.ladder.plain import plainly_calibrated
+
+FITTED = [Demand(9000, 3.4, 2.5), Demand(3600)]
+"""One speed and torque, and rest: copper loss and friction are heat alike."""
+
+UNSEEN = {"as fitted": [Demand(9000, 3.4, 2.5)], "slow and heavy": [Demand(9000, 1.0, 3.7)]}
+
+
+@cache
+def calibrated() -> tuple[Fit, dict[str, tuple[Array, Array]]]:
+    """Calibration on one log, and the errors in unseen runs without it and with it, by run and channel."""
+    machine, runs = Machine(1), []
+    for seed, (name, demands) in enumerate({"fitted": FITTED, **UNSEEN}.items()):
+        log = machine.run(demands, seed).log().drop(columns="growth [um]").iloc[::60]
+        read_one = read([log])
+        run = replace(read_one.runs[0], name=name, heldout=name in UNSEEN, fit_until=1e6)
+        runs.append(replace(read_one, runs=(run,)))
+    whole = Problem(together(runs))
+    problem = Problem(fitted_part(whole.experiment))
+    fit = plainly_calibrated(Fitter(problem, [NoiseModel(1e-2)] * 5 + [NoiseModel(1e-6)]))
+    assert fit is not None
+    errors = {}
+    for i, name in enumerate(UNSEEN, 1):
+        before, after = (
+            np.sqrt(np.nanmean((whole.data[i].readings - whole.predict(i, z)[0]) ** 2, axis=0))
+            for z in (whole.neutral[i], Carried(whole, fit).values[i])
+        )
+        errors[name] = before, after
+    return fit, errors
+
+
+def test_what_is_as_in_the_log_is_foretold_far_better() -> None:
+    before, after = calibrated()[1]["as fitted"]
+    assert np.mean(after / before) < 0.5
+    assert after[-1] < 0.6 * before[-1]
+
+
+def test_what_one_speed_and_torque_do_not_tell_apart_stays_as_usual() -> None:
+    fit, errors = calibrated()
+    values = {freed.variable: value / freed.start for freed, value in fit.values.items() if freed.start > 0}
+    for name in ("motor.winding_resistance", "motor.winding_heat_capacity", "motor.shaft_heat_capacity"):
+        assert values[name] == pytest.approx(1.0, abs=0.3)
+    before, after = errors["slow and heavy"]
+    assert after[-1] < 2.5 * before[-1]
