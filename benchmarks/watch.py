@@ -25,7 +25,7 @@ from benchmarks.strange_machine import STEP, Demand, Machine, Room, Run
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.hypotheses import watched
-from warmlink.orchestration.watch.rows import RowReader
+from warmlink.orchestration.watch.sources.rows import RowReader
 from warmlink.orchestration.watch.state import saved
 from warmlink.orchestration.watch.ticks import Gatherer
 from warmlink.orchestration.watch.watcher import Watcher, twin_of

@@ -16,8 +16,8 @@ from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.watch.hypotheses import watched
 from warmlink.orchestration.watch.law import WatchedLaw, law_error
 from warmlink.orchestration.watch.offers import Design, write_offer
-from warmlink.orchestration.watch.rows import Cells, RowReader
 from warmlink.orchestration.watch.sources.protocol import FilePlace, Source
+from warmlink.orchestration.watch.sources.rows import Cells, RowReader
 from warmlink.orchestration.watch.state import restored, saved
 from warmlink.orchestration.watch.ticks import TICK, Gatherer, Tick
 from warmlink.orchestration.watch.watcher import Watcher
