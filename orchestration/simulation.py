@@ -26,7 +26,8 @@ from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.plausible import declared_in, within_bands
 from warmlink.orchestration.scenarios.system_values import Written, full_name, with_parameters
 from warmlink.orchestration.system.assemble import read_system
-from warmlink.orchestration.system.description import FmuVariable, described, read_description
+from warmlink.orchestration.system.described import described
+from warmlink.orchestration.system.description import FmuVariable, read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.written.quantities import positive
 

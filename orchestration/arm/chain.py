@@ -28,7 +28,7 @@ from warmlink.orchestration.catalogue import components
 from warmlink.orchestration.machine.machine import COMPENSATOR, DUTY, Machine
 from warmlink.orchestration.machine.shipped import WARMUP_CELL, machines
 from warmlink.orchestration.system.model import Value
-from warmlink.orchestration.system.write import Ports
+from warmlink.orchestration.system.ports import Ports
 from warmlink.orchestration.written.quantities import quantity
 
 POSES, KINEMATICS = "poses", "kinematics"

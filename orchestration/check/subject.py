@@ -52,7 +52,7 @@ class Subject:
 
     def _numbers(self, causality: str) -> list[FmuVariable]:
         found = [v for v in self.info.variables.values() if v.causality == causality]
-        numbers = [v for v in found if v.kind not in (None, "String") and not v.dimensions]
+        numbers = [v for v in found if v.kind not in (None, "String", "Binary") and not v.dimensions]
         if self.info.fmi_version == "2.0":
             return numbers
         # In FMI 3.0 an alias is another name of the same variable.

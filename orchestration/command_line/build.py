@@ -17,6 +17,7 @@ def build(
     *,
     fmus: str = "all",
     fmi: str | None = None,
+    ssp: str = "1",
     platforms: str | None = None,
     scenario: Path | None = None,
     out: Path = Path("dist"),
@@ -34,6 +35,7 @@ def build(
         holds. Default: all.
     fmus : Which FMUs: `native` (C), `python` or `all`.
     fmi : Version of FMI of the native FMUs: `2` or `3`. Default: both; the systems hold those of FMI 2.0.
+    ssp : Version of SSP of the systems: `1`, which all tools read, or `2`.
     platforms : Platforms of the native FMUs, such as `x86_64-linux,x86-windows`, or `all` of 64 bits.
         Default: this machine's.
     scenario : A scenario (TOML) of your own: build its system alone, as FMUs and SSP.
@@ -49,6 +51,7 @@ def build(
         out,
         fmus=fmus,
         fmi=fmi,
+        ssp=ssp,
         platforms=platforms,
         scenario=scenario,
         valid_flags=valid_flags,
@@ -68,6 +71,7 @@ def save(
     fmus: str | None = None,
     set_: list[str] | None = None,
     parameters: list[Path] | None = None,
+    ssp: str = "1",
     out: Path | None = None,
 ) -> None:
     """Write a scenario's system, with its duty cycle and controller, as an SSP with its parameter sets (SSV).
@@ -78,19 +82,21 @@ def save(
     ----------
     scenario : A scenario (TOML) of your own, or a shipped one by name.
     controller : Controller. Default: the scenario's.
+    ssp : Version of SSP: `1`, which all tools read, or `2`.
     out : SSP to write. Default: SCENARIO.ssp.
     """
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.fmu_store import kind_named, store
+    from warmlink.orchestration.products.build import ssp_version_named
     from warmlink.orchestration.scenarios.scenario import changed
     from warmlink.orchestration.system.write import write_ssp
 
     if out is not None and out.suffix != ".ssp":
         raise InputError(f"--out {out}: is no system; name a file that ends in .ssp")
-    given = values_given(parameters, set_)
+    version, given = ssp_version_named(ssp), values_given(parameters, set_)
     asked = changed(load_scenario(scenario), controller=controller, parameters=given)
     path = out or Path(f"{asked.name}.ssp")
     built = store(kind_named(fmus), sorted(asked.kinds), remark)
-    write_ssp(asked.system(asked.files(built)), path)
+    write_ssp(asked.system(asked.files(built)), path, version=version)
     advise(asked)
     answer(f"system  {path}    run it: {command('warmlink', 'simulate', path)}")

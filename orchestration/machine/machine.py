@@ -32,8 +32,8 @@ from warmlink.orchestration.machine.roles import AS_THEY_ARE, NOTHING_SCORED, Ro
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import DefaultExperiment, StartValues, System, Value
+from warmlink.orchestration.system.ports import Ports
 from warmlink.orchestration.system.units import Conversion
-from warmlink.orchestration.system.write import Ports
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.recording.result import Result

@@ -18,7 +18,7 @@ from warmlink.fmus.plugins import plugins
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.machine.roles import NOTHING_SCORED, Roles
-from warmlink.orchestration.system.write import Ports
+from warmlink.orchestration.system.ports import Ports
 from warmlink.orchestration.written.expression import Expression
 
 LIBRARY = Path(__file__).parent / "library"

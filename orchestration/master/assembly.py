@@ -22,7 +22,8 @@ from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import RunSpan, Slave, SlaveError, nominal
 from warmlink.orchestration.master.slaves.versions import Fmi1Slave, Fmi2Slave, Fmi3Slave
 from warmlink.orchestration.system.archive import unpack
-from warmlink.orchestration.system.description import ModelInfo, described
+from warmlink.orchestration.system.described import described
+from warmlink.orchestration.system.description import ModelInfo
 from warmlink.orchestration.system.model import Connection, System, Value
 
 # What FMI gives for reading and compiling alone.

@@ -22,6 +22,7 @@ from warmlink.orchestration.fmu_store import BuildProgress
 from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.system.model import SspVersion
 
 KINDS = ("native", "python", "all")
 
@@ -41,6 +42,7 @@ def build(
     *,
     fmus: str = "all",
     fmi: str | int | None = None,
+    ssp: str | int = 1,
     platforms: str | None = None,
     scenario: str | Path | None = None,
     valid_flags: bool = False,
@@ -56,6 +58,7 @@ def build(
     out : folder
     fmus : native, python or all
     fmi : version of FMI of the native FMUs, 2 or 3; both by default
+    ssp : version of SSP of the systems, 1 or 2
     platforms : of the native FMUs, such as `x86_64-linux,x86_64-windows`, or all; this computer's by default
     scenario : file (TOML) of a system of one's own, which is built in place of the shipped ones
     valid_flags : give each reading a flag of whether it is valid, in place of NaN; wants `fmus="native"`, and
@@ -79,6 +82,7 @@ def build(
         raise InputError(f"{argument('valid_flags')}: is for the shipped native FMUs; {shipped}")
     if version not in (None, *_VERSIONS):
         raise InputError(f"{argument('fmi', fmi)}: no such version; {instead(str(fmi), _VERSIONS)}")
+    ssp_version = ssp_version_named(ssp)
     if named and scenario is not None:
         alone = f"{argument('scenario')} builds its own system alone"
         raise InputError(f"{named[0]}: {alone}; give names or a scenario")
@@ -91,7 +95,7 @@ def build(
         remark(advice)
     chosen, versions = _chosen(named), [_VERSIONS[version]] if version else [*_VERSIONS.values()]
     with fresh_folder(out) as fresh:
-        making = _Making(fmus, platforms, fresh, valid_flags, arrays, versions)
+        making = _Making(fmus, platforms, fresh, valid_flags, arrays, versions, ssp_version)
         try:
             built = making.shipped(chosen) if own is None else making.own(own)
         except OSError as fault:
@@ -106,6 +110,14 @@ def build(
             elif problems := validity_problems(path):
                 raise InputError(f"{path.name}: {problems[0]}; please report this")
     return [out / path.relative_to(fresh) for path in built]
+
+
+def ssp_version_named(name: str | int) -> SspVersion:
+    """Give a version of SSP by its name, 1 or 2; InputError if there is none of that name."""
+    known: dict[str, SspVersion] = {"1": "1.0", "2": "2.0"}
+    if str(name) not in known:
+        raise InputError(f"{argument('ssp', name)}: no such version; {instead(str(name), known)}")
+    return known[str(name)]
 
 
 @dataclass(frozen=True)
@@ -149,6 +161,7 @@ class _Making:
     flags: bool
     arrays: bool
     versions: Sequence[FmiVersion]
+    ssp: SspVersion
 
     def shipped(self, chosen: _Chosen) -> list[Path]:
         """Build shipped components and systems, and give their files."""
@@ -163,7 +176,7 @@ class _Making:
             machine = machine_named(name)
             shown = _showcase(machine)
             system = shown.system(fmus) if shown else machine.system(fmus, law.name, machine.shown)
-            built += write_machine(system, machine.ports, self.out)
+            built += write_machine(system, machine.ports, self.out, self.ssp)
             if machine.controllers:
                 whole.append(shown.joined() if shown else machine.joined(law))
         return built + self._joined([self._flagged(each) for each in whole])
@@ -181,7 +194,8 @@ class _Making:
         fmus = {path.stem: path for path in built}
         store = FmuStore("python" if self.kind == "python" else "native")
         built.append(self.out / f"{scenario.name}.ssp")
-        write_ssp(scenario.system({**fmus, **store.of_controller(scenario.controller)}), built[-1])
+        system = scenario.system({**fmus, **store.of_controller(scenario.controller)})
+        write_ssp(system, built[-1], version=self.ssp)
         # As one component, called as the scenario is; none where others' FMUs are in it.
         apart = scenario.machine.never_joined
         name = re.sub(r"\W", "_", scenario.name)

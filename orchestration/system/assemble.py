@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -15,6 +15,7 @@ from warmlink.fmus.names import instead, listed
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.check import checked_values, variable_of
+from warmlink.orchestration.system.described import described, resized
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import (
     CONNECTOR_KINDS,
@@ -26,8 +27,8 @@ from warmlink.orchestration.system.model import (
     Value,
 )
 from warmlink.orchestration.system.ssp.arrays import take_apart
-from warmlink.orchestration.system.ssp.net import net_of
-from warmlink.orchestration.system.ssp.resolve import Resolver
+from warmlink.orchestration.system.ssp.net import Net, net_of
+from warmlink.orchestration.system.ssp.resolve import Binding, Resolver
 from warmlink.orchestration.system.ssp.ssd import Reader
 from warmlink.orchestration.text_files import demand_file
 
@@ -41,7 +42,9 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
     Writing lists as its connectors what is connected, set, or put out. InputError if the FMU cannot be read
     or a value does not fit.
     """
-    return FmuPart(name, fmu, values=checked_values(read_description(fmu), values or {}, name))
+    return FmuPart(
+        name, fmu, values=checked_values(resized(read_description(fmu), values or {}), values or {}, name)
+    )
 
 
 def assemble(
@@ -98,7 +101,7 @@ def check_system(system: System) -> None:
     for name, held in system.components.items():
         if name != held.name:
             raise InputError(f"{name}: the component calls itself {held.name}; give it one name")
-        checked_values(read_description(held.fmu), held.values, name)
+        checked_values(described(held), held.values, name)
     for link, found in zip(system.connections, _resolved(system), strict=True):
         if found != link:
             raise InputError(
@@ -205,6 +208,15 @@ def _system_of_one(fmu: Path) -> System:
     )
 
 
+def _resize(net: Net, bindings: Sequence[Binding]) -> None:
+    """Give arrays the sizes that the bindings of structural parameters mean."""
+    for path, values in Resolver(net, bindings).start_values("structuralParameter").items():
+        element = net.elements[path]
+        if values and element.info is not None:
+            info = resized(element.info, values).used_as(element.implementation)
+            net.elements[path] = net.components[path] = replace(element, info=info)
+
+
 def _read(path: Path, workdir: Path, chosen: str | None) -> System:
     if path.suffix.lower() == ".fmu":
         _refuse_choice(path, chosen, ())
@@ -218,7 +230,7 @@ def _read(path: Path, workdir: Path, chosen: str | None) -> System:
             return _system_of_one(path)
         structure, held = folder / (f"{chosen}.ssd" if chosen else STRUCTURE), set(folder.glob("*.ssd"))
     _refuse_choice(path, chosen, held)
-    reader = Reader(workdir, remarks=remarks)
+    reader = Reader(workdir, remarks=remarks, unpacked=structure == path)
     name, experiment = reader.read(structure)
     if chosen is None and (others := sorted(each.stem for each in held - reader.documents)):
         told = f"{listed(others)}; {argument('variant', others[0])} takes that instead"
@@ -227,6 +239,7 @@ def _read(path: Path, workdir: Path, chosen: str | None) -> System:
         raise InputError(f"{path.name}: the system {name} has no component; there is nothing to run")
     for element in reader.net.components.values():
         remarks += element.info.remarks if element.info else ()
+    _resize(reader.net, reader.bindings)
     take_apart(reader.net)
     resolver = Resolver(reader.net, reader.bindings, remarks)
     connectors = {place: resolver.connectors(place) for place in reader.net.components}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 
 from warmlink.fmus.errors import InputError
@@ -17,12 +18,14 @@ from warmlink.orchestration.system.model import (
 )
 from warmlink.orchestration.system.units import Unit
 
+_HEXADECIMAL = re.compile("(?:[0-9A-Fa-f]{2})*")
 _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
     "Real": (float, int),
     "Integer": (int,),
     "Boolean": (bool,),
     "String": (str,),
     "Enumeration": (str, int),
+    "Binary": (str,),
 }
 
 
@@ -78,8 +81,6 @@ def checked_value(variable: FmuVariable, value: Value, where: str) -> Value:
             f"{where}: takes no start value, its causality being {variable.causality} and "
             f"its variability {variable.variability}; set a parameter or an input"
         )
-    if variable.causality == "structuralParameter":
-        raise InputError(f"{where}: structural parameters are not supported; keep the FMU's own value")
     if isinstance(value, bool) != (variable.kind == "Boolean") or not isinstance(
         value, _PYTHON_TYPES[variable.kind or "Real"]
     ):
@@ -89,6 +90,8 @@ def checked_value(variable: FmuVariable, value: Value, where: str) -> Value:
             known = instead(value, variable.items)
             raise InputError(f"{where}: {value!r} is not an item of its enumeration; {known}")
         return variable.items[value]
+    if isinstance(value, str) and variable.kind == "Binary" and not _HEXADECIMAL.fullmatch(value):
+        raise InputError(f"{where}: {value!r} is not hexadecimal; give two digits for each byte, as 00ff")
     if isinstance(value, str | bool):
         return value
     number = float(value) if variable.kind == "Real" else int(value)

@@ -25,7 +25,6 @@ from warmlink.orchestration.system.model import (
     Capabilities,
     ConnectorType,
     DefaultExperiment,
-    FmuPart,
     FmuVariable,
     ModelInfo,
     Value,
@@ -61,11 +60,6 @@ def read_description(fmu: Path) -> ModelInfo:
     return _read_cached(fmu.resolve(), (facts.st_mtime_ns, facts.st_ctime_ns, facts.st_size))
 
 
-def described(part: FmuPart) -> ModelInfo:
-    """Give the description of a part's FMU, for the interface that the system uses; InputError as above."""
-    return read_description(part.fmu).used_as(part.implementation)
-
-
 @lru_cache(maxsize=256)
 def _read_cached(fmu: Path, _facts: tuple[int, int, int]) -> ModelInfo:
     where = f"{fmu.name}: modelDescription.xml"
@@ -86,8 +80,12 @@ def _parsed(text: bytes, fmu: Path, where: str) -> ModelInfo:
     return replace(found, remarks=tuple(remarks))
 
 
-def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
-    """Give the description that an `fmiModelDescription` element holds; `where` names it in errors."""
+def parse_description(root: Any, fmu: Path, where: str, other_sizes: bool = False) -> ModelInfo:
+    """Give the description that an `fmiModelDescription` element holds; `where` names it in errors.
+
+    With `other_sizes` of arrays than those of the file, arrays may have start values that do not fit; the FMU
+    is then asked for its own.
+    """
     version = root.get("fmiVersion", "")
     if root.tag != "fmiModelDescription" or not version.startswith(("1.0", "2.", "3.")):
         raise InputError(
@@ -107,7 +105,7 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
     interface: Any = next(iter(interfaces))
     identifier, capabilities = interfaces.pop(interface)
     experiment = root.find("DefaultExperiment")
-    variables, by_key, arrays = _read_variables(root, major, where)
+    variables, by_key, arrays = _read_variables(root, major, where, other_sizes)
     outputs = outputs_of(root, major, by_key, where)
     sizes = sizes_of(root, major, by_key, variables, where)
     return ModelInfo(
@@ -152,7 +150,7 @@ def _capabilities(interface: Any, major: int, where: str) -> Capabilities:
 
 
 def _read_variables(
-    root: Any, major: int, where: str
+    root: Any, major: int, where: str, other_sizes: bool
 ) -> tuple[dict[str, FmuVariable], dict[int, tuple[str, ...]], dict[str, tuple[str, ...]]]:
     """Give the variables by name, the names by what ModelStructure refers to, and the arrays' elements.
 
@@ -170,7 +168,8 @@ def _read_variables(
     for index, element in enumerate(elements, start=1):
         variable = _variable(element, types, major, sizes, where)
         for name in [variable.name, *(xml.required(a, "name", where) for a in element.iterfind("Alias"))]:
-            scalars = _scalars(replace(variable, name=name), element, where, _MOST_ELEMENTS - len(variables))
+            most = _MOST_ELEMENTS - len(variables)
+            scalars = _scalars(replace(variable, name=name), element, where, most, other_sizes)
             for scalar in scalars:
                 if scalar.name in variables:
                     raise InputError(
@@ -274,13 +273,17 @@ def _starts(typed: Any, kind: ConnectorType, where: str, array: bool = False) ->
     return [xml.truth(text, f"{where}: start") if kind == "Boolean" else text for text in texts]
 
 
-def _scalars(variable: FmuVariable, element: Any, where: str, most: int) -> list[FmuVariable]:
+def _scalars(
+    variable: FmuVariable, element: Any, where: str, most: int, other_sizes: bool
+) -> list[FmuVariable]:
     """Give the elements of an array; what is none, or has too many, stays as it is."""
     sizes, count = variable.dimensions, math.prod(variable.dimensions)
     if not sizes or variable.kind is None or count > most:
         return [variable]
     where = f"{where}: {variable.name}"
     starts = _starts(element, variable.kind, where, array=True)
+    if other_sizes and len(starts) not in (1, count):
+        starts = []
     if len(starts) not in (0, 1, count):
         raise InputError(f"{where}: has {len(starts)} start values for {count} elements; give one for each")
     return [

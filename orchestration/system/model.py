@@ -24,7 +24,7 @@ CONNECTOR_KINDS = (
     "local",
     "constant",
 )
-ConnectorType = Literal["Real", "Integer", "Boolean", "String", "Enumeration"]
+ConnectorType = Literal["Real", "Integer", "Boolean", "String", "Enumeration", "Binary"]
 Value = float | int | bool | str
 StartValues = Mapping[str, Mapping[str, Value]]
 """Start values by instance and variable."""
@@ -42,6 +42,7 @@ TYPES: dict[str, ConnectorType] = {
     "Boolean": "Boolean",
     "String": "String",
     "Enumeration": "Enumeration",
+    "Binary": "Binary",
 }
 """Those of connectors by the words of FMI 2.0, FMI 3.0 and SSP."""
 
@@ -56,6 +57,7 @@ class Connector:
     sizes: tuple[int, ...] = ()
 
 
+SspVersion = Literal["1.0", "2.0"]
 Implementation = Literal["any", "CoSimulation", "ModelExchange"]
 """Interface of an FMU that a system uses, in SSP's words; `any` is co-simulation where the FMU offers it."""
 
@@ -138,9 +140,10 @@ class FmuVariable:
     Parameters
     ----------
     type : as the FMU writes it: `Real` in FMI 2.0, `Float64` in FMI 3.0, and so on
-    kind : the type of connectors; None for those that cannot be connected (Binary, Clock)
+    kind : the type of connectors; None for those that cannot be connected (Clock)
     causality, variability, initial : with the standard's defaults; `initial` is None where none applies
-    start, min, max, nominal : in `unit`, which may be of the declared type; an Enumeration's is its integer
+    start, min, max, nominal : in `unit`, which may be of the declared type; an Enumeration's is its integer,
+        a Binary's text of two hexadecimal digits for each byte
     relative : whether the value is a difference, to which unit offsets do not apply
     items : names of an Enumeration's items with their integers
     dimensions : sizes of an array that is not taken apart; empty for all others

@@ -1,18 +1,16 @@
-"""Writing a system as an SSP that other masters read as well: SSP 1.0, plain prefixes, nothing to convert."""
+"""Writing a system as an SSP that other masters read as well: SSP 1.0 or 2.0, plain prefixes."""
 
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging import release
-from warmlink.fmus.packaging.views import flag_of
 from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import read_description
@@ -22,10 +20,13 @@ from warmlink.orchestration.system.model import (
     Connector,
     FmuPart,
     FmuVariable,
+    SspVersion,
     System,
     Value,
 )
-from warmlink.orchestration.system.ssp.net import Edge, Net, Node, edge_of, net_of
+from warmlink.orchestration.system.ports import End, Ports, opened
+from warmlink.orchestration.system.ssp.arrays import array_of, arrays_in, joined_edges
+from warmlink.orchestration.system.ssp.net import Net, Node, net_of
 from warmlink.orchestration.system.ssp.net import Path as Place
 from warmlink.orchestration.system.ssp.parameter_values import SsvValue, parameter_set_element
 from warmlink.orchestration.system.ssp.resolve import Resolver
@@ -35,23 +36,14 @@ from warmlink.orchestration.system.xml import element, sub_element, to_bytes
 # Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
 PARAMETER_SET = "parameters"
 
-End = tuple[str, str]
-"""Name of a component and of one of its variables."""
 
-
-@dataclass(frozen=True)
-class Ports:
-    """What a system exchanges with a larger one that holds it.
-
-    An input of the system takes the place of each output of the `drivers`, which are left out; outputs of the
-    system pass on what is `shown`, as `("link", "elongation")`.
-    """
-
-    drivers: tuple[str, ...]
-    shown: tuple[End, ...]
-
-
-def write_ssp(system: System, path: str | Path, ports: Ports | None = None, nested: bool = False) -> None:
+def write_ssp(
+    system: System,
+    path: str | Path,
+    ports: Ports | None = None,
+    nested: bool = False,
+    version: SspVersion = "1.0",
+) -> None:
     """Write a system with its FMUs into one SSP file, whole or not at all; equal systems give equal bytes.
 
     Each component is bound to a parameter set of its own under `resources`. A connection that is more
@@ -64,6 +56,7 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None, nest
     ports : what the system exchanges with a larger one; without, it runs by itself
     nested : with a system inside it for each name before a dot, so that `axis1.link` becomes the component
         `link` of the system `axis1`, whose connectors pass on what crosses its bounds
+    version : `2.0` knows the types and arrays of FMI 3.0; older tools read `1.0` alone
 
     Raises
     ------
@@ -77,7 +70,8 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None, nest
     """
     system = _with_connectors(system, () if ports is None else ports.shown)
     check_system(system)
-    document = _Document(*((system, net_of(system, nested)) if ports is None else _opened(system, ports)))
+    shown = (system, net_of(system, nested)) if ports is None else opened(system, ports)
+    document = _Document(*shown, version)
     entries = {"SystemStructure.ssd": to_bytes(document.root())}
     for name, held in document.system.components.items():
         if held.values:
@@ -113,36 +107,6 @@ def _connectors(held: FmuPart, fed: set[End]) -> dict[str, Connector]:
     }
 
 
-def _opened(system: System, ports: Ports) -> tuple[System, Net]:
-    """Give a system without its drivers, and its net with the connectors that take their place."""
-    kept = {name: held for name, held in system.components.items() if name not in ports.drivers}
-    cut = [c for c in system.connections if c.source_component not in kept]
-    links = tuple(c for c in system.connections if c.source_component in kept)
-    inner = replace(system, components=kept, connections=links)
-    net = net_of(inner)
-    flags = [(name, flag_of(variable)) for name, variable in ports.shown]
-    there = [(name, flag) for name, flag in flags if flag in read_description(kept[name].fmu).variables]
-    shown, top = (*ports.shown, *there), net.elements[()]
-    called = _names((*(link.ends[0] for link in cut), *shown))
-    for link in cut:
-        edge = replace(edge_of(link), source=Node((), called[link.ends[0]]))
-        taking = net.elements[edge.target.path].connectors[edge.target.connector]
-        top.connectors.setdefault(edge.source.connector, replace(taking, kind="input"))
-        top.connections.append(edge)
-    for name, variable in shown:
-        port = called[name, variable]
-        top.connectors[port] = replace(net.elements[(name,)].connectors[variable], kind="output")
-        top.connections.append(Edge(Node((name,), variable), Node((), port)))
-    return inner, net
-
-
-def _names(ends: Iterable[End]) -> dict[End, str]:
-    """Name of the connector for each end: its variable's, with the component's where two would be equal."""
-    found = list(dict.fromkeys(ends))
-    count = Counter(variable for _, variable in found)
-    return {(name, v): v if count[v] == 1 else f"{name}_{v}" for name, v in found}
-
-
 class _Document:
     """An SSD being written: names of its files, and the enumerations and units that it has named so far.
 
@@ -150,8 +114,10 @@ class _Document:
     URI, and no two differ in capitals alone, because some file systems do not tell these apart.
     """
 
-    def __init__(self, system: System, net: Net) -> None:
+    def __init__(self, system: System, net: Net, version: SspVersion) -> None:
         self.system, self.net, self.resolver = system, net, Resolver(net)
+        self.version = version
+        self.arrays = arrays_in(net) if version == "2.0" else {}
         self.enumerations: dict[str, dict[str, int]] = {}
         self.units: dict[str, Unit] = {}
         self.fmus: dict[Path, str] = {}
@@ -168,7 +134,9 @@ class _Document:
             "generationTool": "warmlink",
             "generationDateAndTime": f"{release.generated():%Y-%m-%dT%H:%M:%SZ}",
         }
-        root = element("ssd", "SystemStructureDescription", version="1.0", name=self.system.name, **made)
+        root = element(
+            "ssd", "SystemStructureDescription", version=self.version, name=self.system.name, **made
+        )
         self._add_system(root, ())
         held = sub_element(root, "ssd", "Enumerations") if self.enumerations else None
         for name, items in self.enumerations.items():
@@ -193,6 +161,8 @@ class _Document:
             variable, unit = self._variable(Node(path, name))
             if variable.kind == "Real":
                 values[name] = SsvValue(name, "Real", float(value), unit)
+            elif variable.kind == "Binary":
+                values[name] = SsvValue(name, "Binary", value)
             elif variable.kind == "Enumeration":
                 item = next((item for item, number in variable.items.items() if number == value), None)
                 if item is None:
@@ -200,7 +170,8 @@ class _Document:
                 values[name] = SsvValue(name, "Enumeration", item)
             else:
                 values[name] = value
-        return parameter_set_element(PARAMETER_SET, values)
+        sizes = {node.connector: each for node, each in self.arrays.items() if node.path == path}
+        return parameter_set_element(PARAMETER_SET, values, version=self.version, arrays=sizes)
 
     def _add_system(self, parent: Any, path: Place, box: Box | None = None) -> None:
         """Add a system with all that is in it, to be drawn in a box of the system around it."""
@@ -218,11 +189,12 @@ class _Document:
             add = self._add_system if net.elements[inner].fmu is None else self._add_component
             add(elements, inner, drawn[inner])
         links = sub_element(child, "ssd", "Connections") if edges else None
-        for edge in edges:
+        for edge, indices in joined_edges(edges, self.arrays):
             change, ends = edge.transformation, {}
-            for end, node in zip(("start", "end"), edge.ends, strict=True):
+            for end, node, at in zip(("start", "end"), edge.ends, indices, strict=True):
                 ends[f"{end}Element"] = None if node.path == path else node.path[-1]
                 ends[f"{end}Connector"] = node.connector
+                ends[f"{end}Indices"] = " ".join(map(str, at)) or None
             suppress = None if change is None else True
             drawn_link = sub_element(links, "ssd", "Connection", **ends, suppressUnitConversion=suppress)
             if change is not None:
@@ -252,11 +224,15 @@ class _Document:
 
     def _add_connectors(self, parent: Any, path: Place, box: Box | None) -> None:
         """Add connectors, each with the type and the unit of a component's, and the box of their element."""
-        shown = self.net.elements[path].connectors
+        connectors, arrays = self.net.elements[path].connectors, self.arrays
+        shown = {array_of(Node(path, name), arrays): (name, each) for name, each in connectors.items()}
         held = sub_element(parent, "ssd", "Connectors") if shown else None
-        for (name, each), place in zip(shown.items(), places([c.kind for c in shown.values()]), strict=True):
-            child = sub_element(held, "ssd", "Connector", name=name, kind=each.kind)
+        kinds = [each.kind for _, each in shown.values()]
+        for (whole, (name, each)), place in zip(shown.items(), places(kinds), strict=True):
+            child = sub_element(held, "ssd", "Connector", name=whole, kind=each.kind)
             self._add_type(child, Node(path, name))
+            for size in arrays.get(Node(path, whole), ()):
+                sub_element(child, "ssc", "Dimension", size=size)
             if place is not None:
                 sub_element(child, "ssd", "ConnectorGeometry", x=place[0], y=place[1])
         if box is not None:
@@ -272,6 +248,8 @@ class _Document:
         variable, unit = self._variable(node)
         declared = self.net.declared(node)
         kind = declared.type if declared and declared.type else variable.kind
+        if self.version == "2.0" and kind != "Enumeration":
+            kind = variable.type
         if kind == "Enumeration":
             if variable.items:
                 enumeration = f"{info.model_name}.{node.connector}"

@@ -197,11 +197,12 @@ def sub_element(parent: Any, prefix: str, tag: str, /, **attributes: str | float
     """Add a child element and give it; attributes that are None are left out."""
     from lxml import etree
 
-    texts = {name: _text(value) for name, value in attributes.items() if value is not None}
+    texts = {name: text_of(value) for name, value in attributes.items() if value is not None}
     return etree.SubElement(parent, f"{{{PREFIXES[prefix]}}}{tag}", texts)
 
 
-def _text(value: str | float) -> str:
+def text_of(value: str | float) -> str:
+    """Give a value as an attribute holds it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     # A NumPy float's repr tells its type.

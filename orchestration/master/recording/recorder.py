@@ -160,7 +160,7 @@ WHOLE = {"Int64": "int64", "UInt64": "uint64"}
 
 def is_number(variable: FmuVariable) -> bool:
     """Tell whether a variable is a scalar number, which alone is recorded."""
-    return variable.kind not in (None, "String") and not variable.dimensions
+    return variable.kind not in (None, "String", "Binary") and not variable.dimensions
 
 
 def is_recorded(variable: FmuVariable) -> bool:

@@ -221,10 +221,7 @@ class FmiSlave(ABC):
             batches = sorted_by_type(self.name, self.prefix, self.variables, names, self._held)
             for batch in batches:
                 batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
-                references, values = batch.references, batch.values
-                batch.arguments = self.component, references, len(references), values
-                if self.prefix == "fmi3":
-                    batch.arguments += (len(values),)
+                batch.arguments = batch.arguments_for(self.component, self.prefix)
             self._sorted[names] = batches
         return batches
 

@@ -26,6 +26,7 @@ _TYPES: dict[str, dict[str, Any]] = {
     "fmi3": {
         **{"Float32": ctypes.c_float, "Float64": c_double, "Boolean": c_bool, "String": c_char_p},
         **{name: getattr(ctypes, f"c_{name.lower()}") for name in _INTEGERS},
+        "Binary": c_void_p,
     },
 }
 """Types by which variables are exchanged, by the names that are part of the functions' names."""
@@ -61,6 +62,8 @@ _ARGUMENTS = {
     "fmi3": {
         **_BOTH,
         **{f"{verb}{name}": "ppnpn" for name in _TYPES["fmi3"] for verb in ("Get", "Set")},
+        **dict.fromkeys(("GetBinary", "SetBinary"), "ppnppn"),
+        **dict.fromkeys(("EnterConfigurationMode", "ExitConfigurationMode"), "p"),
         **{"SetDebugLogging": "pbnp", "EnterInitializationMode": "pbddbd"},
         **{"GetDirectionalDerivative": "ppnpnpnpn"},
     },
@@ -138,7 +141,7 @@ def held_from_start(variables: Mapping[str, FmuVariable]) -> Held:
     """Give the start values of everything, by value reference."""
     held: Held = {}
     for variable in variables.values():
-        blank: list[Value] = ["" if variable.kind == "String" else 0] * variable.elements
+        blank: list[Value] = ["" if variable.kind in ("String", "Binary") else 0] * variable.elements
         values = held.setdefault(variable.value_reference, blank)
         if variable.start is not None:
             values[variable.element] = variable.start
@@ -149,7 +152,7 @@ class Batch:
     """Variables of one base type, as FMI functions name it, chosen by their places in a set of variables.
 
     `held` are the slave's values of arrays, of which some elements may be set alone. The FMU's functions
-    `get` and `set` take the same `arguments`.
+    `get` and `set` take the same `arguments`. Binary values are text here, two hexadecimal digits for a byte.
     """
 
     def __init__(self, base: str, c_type: Any, chosen: Mapping[int, FmuVariable], held: Held) -> None:
@@ -167,9 +170,17 @@ class Batch:
             references, size = list(sizes), sum(sizes.values())
         self.references = (c_uint * len(references))(*references)
         self.values: Any = (c_type * size)()
+        self._lengths = (c_size_t * size)()
+        self._bytes: list[bytes] = []
         self.get: Any = None
         self.set: Any = None
         self.arguments: tuple[Any, ...] = ()
+
+    def arguments_for(self, component: Any, prefix: str) -> tuple[Any, ...]:
+        """Give the arguments by which an instance is asked for the values, or given them."""
+        lengths = (self._lengths,) if self.base == "Binary" else ()
+        sizes = (len(self.values),) if prefix == "fmi3" else ()
+        return component, self.references, len(self.references), *lengths, self.values, *sizes
 
     def load(self, values: Sequence[Value]) -> None:
         """Fill the array from the values of the whole set."""
@@ -182,6 +193,10 @@ class Batch:
             self.values[:] = chosen
         elif self.base == "String":
             self.values[:] = [str(value).encode() for value in chosen]
+        elif self.base == "Binary":
+            self._bytes = [bytes.fromhex(str(value)) for value in chosen]
+            self._lengths[:] = [len(value) for value in self._bytes]
+            self.values[:] = [ctypes.cast(c_char_p(value), c_void_p).value for value in self._bytes]
         else:
             self.values[:] = [int(value) for value in chosen]
 
@@ -190,6 +205,9 @@ class Batch:
         values: list[Value] = self.values[:]
         if self.base == "Boolean":
             values = [bool(value) for value in values]
+        if self.base == "Binary":
+            pairs = zip(self.values, self._lengths, strict=True)
+            values = [ctypes.string_at(at, size).hex() if at else "" for at, size in pairs]
         if self.base == "String":
             values = [(value or b"").decode("utf-8", "replace") for value in self.values]
         return [values[slot] for slot in self._slots] if self.arrays else values

@@ -204,15 +204,32 @@ class Fmi3Slave(FmiSlave):
     def log_callback(self) -> Any:
         """Give the function that the FMU logs by, which lives as long as this object."""
         self._varying: dict[int, list[float]] = {}
+        structural = (v.name for v in self.variables.values() if v.causality == "structuralParameter")
+        self._structural = frozenset(structural)
         self._log = _LOG3(lambda environment, status, category, message: self.log.add(status, message))
         return self._log
 
     def set(self, names: Names, values: Sequence[Value]) -> None:
         """Set variables; derivatives that were set for them are dropped."""
+        if self._structural and not self._structural.isdisjoint(names):
+            names, values = self._configured(names, values)
         super().set(names, values)
         if self._varying:
             for name in names:
                 self._varying.pop(self.variables[name].value_reference, None)
+
+    def _configured(self, names: Names, values: Sequence[Value]) -> tuple[Names, list[Value]]:
+        """Set structural parameters in configuration mode, and give the other variables and their values."""
+        given = dict(zip(names, values, strict=True))
+        chosen = {name: given.pop(name) for name in names if name in self._structural}
+        self.ask("EnterConfigurationMode")
+        super().set(tuple(chosen), list(chosen.values()))
+        self.ask("ExitConfigurationMode")
+        for elements in self.info.arrays.values():  # whose start values fitted other sizes
+            first = self.variables[elements[0]]
+            if first.start is None and first.settable:
+                self._held[first.value_reference][:] = self.get(elements)
+        return tuple(given), list(given.values())
 
     def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
         """Let inputs vary in the next step, as far as the slave asks for them; elements of arrays do not."""

@@ -101,3 +101,48 @@ def _edges(edge: Edge, names: dict[Node, tuple[str, ...]]) -> list[Edge]:
         replace(edge, source=replace(edge.source, connector=a), target=replace(edge.target, connector=b))
         for a, b in zip(sources, targets, strict=True)
     ]
+
+
+Sizes = dict[Node, tuple[int, ...]]
+"""Sizes of arrays by the connectors that they are as a whole."""
+
+
+def arrays_in(net: Net) -> Sizes:
+    """Sizes of the arrays of FMI 3.0 of which a component shows an element."""
+    found: Sizes = {}
+    for path, element in net.elements.items():
+        for name in element.connectors:
+            array, _ = array_and_indices(name)
+            if element.info is not None and name in element.info.arrays.get(array, ()):
+                found[Node(path, array)] = array_and_indices(element.info.arrays[array][-1])[1]
+    return found
+
+
+def array_of(node: Node, arrays: Sizes) -> str:
+    """Name of the array that an element belongs to; that of any other connector itself."""
+    array, _ = array_and_indices(node.connector)
+    return array if replace(node, connector=array) in arrays else node.connector
+
+
+Indices = tuple[int, ...]
+
+
+def joined_edges(edges: Iterable[Edge], arrays: Sizes) -> list[tuple[Edge, tuple[Indices, Indices]]]:
+    """Connections with those of all elements of two arrays as one, and the others' indices at both ends."""
+    by_ends: dict[tuple[Node, Node], list[Edge]] = {}
+    for edge in edges:
+        ends = [replace(node, connector=array_of(node, arrays)) for node in edge.ends]
+        by_ends.setdefault((ends[0], ends[1]), []).append(edge)
+    found: list[tuple[Edge, tuple[Indices, Indices]]] = []
+    for (source, target), each in by_ends.items():
+        wanted = [element_names(node.connector, arrays.get(node, ())) for node in (source, target)]
+        given = [tuple(edge.ends[end].connector for edge in each) for end in (0, 1)]
+        alike = len({replace(edge, source=source, target=target) for edge in each}) == 1
+        whole = alike and wanted == given and arrays.get(source) == arrays.get(target)
+        for edge in each[:1] if whole else each:
+            inside = [
+                () if whole or node not in arrays else array_and_indices(end.connector)[1]
+                for node, end in zip((source, target), edge.ends, strict=True)
+            ]
+            found.append((replace(edge, source=source, target=target), (inside[0], inside[1])))
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import takewhile
@@ -9,10 +10,11 @@ from pathlib import Path as File
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.system.description import read_description
+from warmlink.orchestration.system.described import described
 from warmlink.orchestration.system.model import (
     Connection,
     Connector,
+    FmuPart,
     Implementation,
     ModelInfo,
     System,
@@ -85,13 +87,17 @@ def edge_of(link: Connection) -> Edge:
 
 @dataclass(frozen=True)
 class Element:
-    """A component with its FMU, or a system with the connections inside it; connectors by name."""
+    """A component with its FMU, or a system with the connections inside it; connectors by name.
+
+    Of the start values, those count that say how large arrays are.
+    """
 
     connectors: dict[str, Connector] = field(default_factory=dict)
     fmu: File | None = None
     info: ModelInfo | None = None
     connections: list[Edge] = field(default_factory=list)
     implementation: Implementation = "any"
+    values: Mapping[str, Value] = field(default_factory=dict)
 
 
 @dataclass
@@ -108,8 +114,9 @@ class Net:
             )
         if element.fmu is not None:
             try:
-                info = read_description(element.fmu).used_as(element.implementation)
-                element = replace(element, info=info)
+                held = dict(element.values)
+                part = FmuPart("", element.fmu, values=held, implementation=element.implementation)
+                element = replace(element, info=described(part))
             except InputError as fault:
                 raise InputError(f"{'.'.join(path)}: {fault}") from fault
         self.elements[path] = element
@@ -240,7 +247,8 @@ def net_of(system: System, nested: bool = False) -> Net:
                 raise InputError(f"{name}: {outer[-1]} is a component and cannot be a system; rename one")
         if path in net.elements:
             raise InputError(f"{name}: is a component and a system; rename one")
-        net.add(path, Element(dict(held.connectors), held.fmu, implementation=held.implementation))
+        chosen = replace(Element(), implementation=held.implementation, values=held.values)
+        net.add(path, replace(chosen, connectors=dict(held.connectors), fmu=held.fmu))
     for link in system.connections:
         _lay(net, link, *(paths.get(name, (name,)) for name, _ in link.ends))
     return net

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from warmlink.fmus.errors import InputError
@@ -91,7 +92,7 @@ def _elements(
     if len(typed) != 1:
         raise InputError(f"{where}: needs one value, not {len(typed)}; give a value of one type")
     kind, unit = TYPES.get(xml.local(typed[0]), xml.local(typed[0])), typed[0].get("unit")
-    if kind not in (*_READERS, "String", "Enumeration"):
+    if kind not in (*_READERS, "String", "Enumeration", "Binary"):
         raise InputError(
             f"{where}: values of type {kind} are not supported; use Real, Integer, Boolean or String"
         )
@@ -165,19 +166,39 @@ def _value_map(element: Any, where: str) -> ValueMap:
     return ValueMap(kind, tuple(entries.items()))
 
 
-def parameter_set_element(name: str, values: Mapping[str, Value | SsvValue], description: str = "") -> Any:
-    """Give an `ssv:ParameterSet` element that holds the values and the definitions of their units."""
+def parameter_set_element(
+    name: str,
+    values: Mapping[str, Value | SsvValue],
+    description: str = "",
+    version: str = "1.0",
+    arrays: Mapping[str, Sequence[int]] = MappingProxyType({}),
+) -> Any:
+    """Give an `ssv:ParameterSet` element that holds the values and the definitions of their units.
+
+    Where all elements of `arrays`, whose sizes are given, have a value, they are written as one.
+    """
     told = {"description": description} if description else {}
-    root = xml.element("ssv", "ParameterSet", version="1.0", name=name, **told)
+    root = xml.element("ssv", "ParameterSet", version=version, name=name, **told)
     held = xml.sub_element(root, "ssv", "Parameters")
     used: dict[str, Unit] = {}
-    for key, value in values.items():
-        parameter = value if isinstance(value, SsvValue) else _plain(key, value)
+    left = {
+        key: value if isinstance(value, SsvValue) else _plain(key, value) for key, value in values.items()
+    }
+    for array, sizes in arrays.items():
+        elements = element_names(array, sizes)
+        chosen = [left[each] for each in elements if each in left]
+        if len(chosen) == len(elements) and chosen[0].type in _READERS:
+            text = " ".join(xml.text_of(each.value) for each in chosen)
+            left = {key: each for key, each in left.items() if key not in elements}
+            left[array] = replace(chosen[0], value=text)
+    for key, parameter in left.items():
         entry = xml.sub_element(held, "ssv", "Parameter", name=key)
         unit = parameter.unit
         if unit is not None:
             used[unit.name] = unit
         xml.sub_element(entry, "ssv", parameter.type, value=parameter.value, unit=unit.name if unit else None)
+        for size in arrays.get(key, ()):
+            xml.sub_element(entry, "ssc", "Dimension", size=size)
     unit_elements(root, "ssv", used.values())
     return root
 

@@ -106,14 +106,16 @@ class Resolver:
             if self.net.info(way[0].source) is not None:
                 yield self._connection(way)
 
-    def start_values(self) -> dict[Path, dict[str, Value]]:
-        """Give the start values of each component in its variables' own units."""
+    def start_values(self, causality: str | None = None) -> dict[Path, dict[str, Value]]:
+        """Give start values, of one causality or of all, by component in its variables' own units."""
         found: dict[Path, dict[str, Value]] = {path: {} for path in self.net.components}
         for binding in self.bindings:
             for parameter, entering in self._entering(binding):
                 for way in self._onward(entering):
-                    variable, value = self._started(parameter, way)
-                    found[way[-1].target.path][variable.name] = value
+                    end = way[-1].target
+                    if causality in (None, self.variable(end)[0].causality):
+                        variable, value = self._started(parameter, way)
+                        found[end.path][variable.name] = value
         return found
 
     def _entering(self, binding: Binding) -> Iterator[tuple[SsvValue, Edge]]:

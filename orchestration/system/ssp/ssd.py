@@ -38,6 +38,7 @@ class Reader:
 
     Packages inside the package are unpacked into `workdir`. Of the document that is being read it knows where
     that lies, which units it defines, and those that hold it, itself among them; `documents` are all so far.
+    One that its user has `unpacked` may refer to files outside its folder.
     """
 
     workdir: File
@@ -48,6 +49,7 @@ class Reader:
     units: dict[str, Unit] = field(default_factory=dict)
     enclosing: tuple[File, ...] = ()
     documents: set[File] = field(default_factory=set)
+    unpacked: bool = False
 
     def read(self, path: File, at: Path = ()) -> tuple[str, DefaultExperiment]:
         """Read an SSD as the system `at` a path; give its name and the experiment that it proposes."""
@@ -116,14 +118,14 @@ class Reader:
         address, _, fragment = source.partition("#")
         if not address:
             raise InputError(f"{where}: source {source} refers to a part of its own document; write it out")
-        path = self._file(address, where)
+        path, inner = self._file(address, where), self
         if kind == PACKAGE_TYPE:
             inside = _relative(fragment, where) or "SystemStructure.ssd"
             self.remarks.extend(archive.repeated_entries(path))
-            path = archive.unpack(path, self.workdir) / inside
+            path, inner = archive.unpack(path, self.workdir) / inside, replace(self, unpacked=False)
         elif fragment:
             raise InputError(f"{where}: source {source} refers to a part of a document; name the document")
-        self.read(path, at)
+        inner.read(path, at)
         missing = sorted(set(shown) - set(self.net.elements[at].connectors))
         if missing:
             raise InputError(f"{where}: {source} has no connector {missing[0]}; remove it or add it there")
@@ -212,7 +214,7 @@ class Reader:
             parts = urlsplit(source)
         except ValueError:
             raise InputError(f"{where}: source {source!r} is not a URI") from None
-        relative = None if parts.scheme or parts.netloc else _relative(parts.path, where)
+        relative = None if parts.scheme or parts.netloc else self._inside(parts.path, where)
         if not relative:
             raise InputError(
                 f"{where}: source {source!r} is not a file inside the SSP; put it into resources"
@@ -222,6 +224,12 @@ class Reader:
             if name and is_file(self.path.parent / name):
                 return self.path.parent / name
         raise InputError(f"{where}: the SSP holds no {source}; add the file or correct the source")
+
+    def _inside(self, source: str, where: str) -> str | None:
+        """Give a relative path, which stays inside the SSP unless its user has unpacked that."""
+        plain = unquote(source)
+        outside = self.unpacked and not plain.startswith(("/", "\\")) and "\0" not in plain
+        return plain if outside else _relative(source, where)
 
 
 def _relative(source: str, where: str) -> str | None:

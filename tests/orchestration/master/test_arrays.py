@@ -10,14 +10,16 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from system.ssp_text import component, connection, connector, ssd, system
+from lxml import etree
+from system.ssp_text import component, connection, connector, parameters, ssd, system
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.system.assemble import read_system
+from warmlink.orchestration.system.assemble import assemble, read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import FmuPart, System
+from warmlink.orchestration.system.write import write_ssp
 
 from .hand_written import compiled
 from .pairs import wire
@@ -108,3 +110,58 @@ def test_an_array_is_connected_as_a_whole_in_ssp_2(arrays: Path, tmp_path: Path)
 def test_a_connector_of_another_size_is_refused(arrays: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a\.y: is declared with 2 elements, but has 3 in its FMU"):
         written(tmp_path, arrays, "u", 2)
+
+
+def test_a_structural_parameter_says_how_large_arrays_are(tmp_path: Path, arrays: Path) -> None:
+    """Two rows in place of three, from a parameter set, and of what is set alone the rest stays."""
+    bound = parameters("size:UInt64:2").replace("UInt64", "Integer")
+    gain = parameters("gain[2,1]:Real:10", name="gain")
+    shown = connector("y", "output", '<ssc:Float64/><ssc:Dimension size="2"/>')
+    part = component("a", "resources/A.fmu", shown, bound + gain)
+    with zipfile.ZipFile(tmp_path / "small.ssp", "w") as archive:
+        archive.writestr("SystemStructure.ssd", ssd(system(part), "2.0"))
+        archive.write(arrays, "resources/A.fmu")
+    read = read_system(tmp_path / "small.ssp", tmp_path / "work")
+    assert read.components["a"].values == {"size": 2, "gain[2,1]": 10.0}
+    run = simulate(read, 1.0, 1.0)
+    assert run.status == "completed", run.reason
+    assert [name for name in run.table.names if name.startswith("a.y")] == ["a.y[1]", "a.y[2]"]
+    assert [run[f"a.y[{n}]"][-1] for n in (1, 2)] == [1.0, 10.0 * 1.0 + 2.0]
+    write_ssp(read, tmp_path / "again.ssp", version="2.0")
+    again = read_system(tmp_path / "again.ssp", tmp_path / "again")
+    assert again.components["a"].values == read.components["a"].values
+
+
+def written_entries(path: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist() if not name.endswith(".fmu")}
+
+
+def test_arrays_of_fmi_3_are_written_whole_in_ssp_2(tmp_path: Path, arrays: Path) -> None:
+    """And by their elements in SSP 1.0, which knows none; both are read again as they were."""
+    gain = {f"gain[{i},{j}]": float(i == j) + 0.5 for i in (1, 2, 3) for j in (1, 2, 3)}
+    wires = [(f"a.y[{n}]", f"b.u[{n}]") for n in (1, 2, 3)] + [("b.y[2]", "a.u[3]")]
+    made = assemble("arrays", {"a": arrays, "b": arrays}, wires, {"a": gain, "b": {"gain[1,2]": 4.0}})
+    write_ssp(made, tmp_path / "two.ssp", version="2.0")
+    write_ssp(made, tmp_path / "one.ssp")
+    for name in ("one", "two"):
+        again = read_system(tmp_path / f"{name}.ssp", tmp_path / name)
+        assert set(again.connections) == set(made.connections)
+        assert {part: held.values for part, held in again.components.items()} == {
+            part: held.values for part, held in made.components.items()
+        }
+    entries = written_entries(tmp_path / "two.ssp")
+    root = etree.fromstring(entries["SystemStructure.ssd"])
+    assert root.get("version") == "2.0"
+    links = [dict(each.attrib) for each in root.iter("{*}Connection")]
+    ends = {"startElement": "a", "startConnector": "y", "endElement": "b", "endConnector": "u"}
+    assert links[0] == ends
+    assert (links[1]["startIndices"], links[1]["endIndices"]) == ("2", "3")
+    connectors = {each.get("name"): each for each in root.iter("{*}Connector")}
+    assert connectors["u"].find("{*}Float64") is not None
+    assert [each.get("size") for each in connectors["gain"].iterfind("{*}Dimension")] == ["3", "3"]
+    (whole,) = etree.fromstring(entries["resources/a.ssv"]).iter("{*}Parameter")
+    assert whole.get("name") == "gain"
+    assert whole.find("{*}Real").get("value").split()[:2] == ["1.5", "0.5"]
+    (one,) = etree.fromstring(entries["resources/b.ssv"]).iter("{*}Parameter")
+    assert one.get("name") == "gain[1,2]"

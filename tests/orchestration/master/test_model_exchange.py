@@ -18,7 +18,8 @@ from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.system.assemble import assemble, connected, read_system
-from warmlink.orchestration.system.description import described, read_description
+from warmlink.orchestration.system.described import described
+from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import FmuPart, Implementation, System, Value
 from warmlink.orchestration.system.write import write_ssp
 

@@ -42,6 +42,7 @@ FMI3 = """
     <Enumeration name="metal" valueReference="7" causality="parameter" declaredType="Metal" start="2"/>
     <Float64 name="field" valueReference="8" causality="input" start="1 2 3"><Dimension start="3"/></Float64>
     <Binary name="image" valueReference="9" causality="output"/>
+    <Clock name="tick" valueReference="11" causality="output" intervalVariability="triggered"/>
     <Int64 name="count" valueReference="10" causality="output"/>
   </ModelVariables>
   <ModelStructure>
@@ -108,7 +109,8 @@ def test_the_variables_of_fmi_three(three: ModelInfo) -> None:
     kinds = {name: (v.type, v.kind) for name, v in three.variables.items()}
     assert kinds["length"] == ("Float32", "Real")
     assert kinds["cells"] == ("UInt8", "Integer")
-    assert kinds["image"] == ("Binary", None)
+    assert kinds["image"] == ("Binary", "Binary")
+    assert kinds["tick"] == ("Clock", None)
     ambient = three.variables["ambient"]
     assert (ambient.unit, ambient.min, ambient.nominal, ambient.relative) == ("K", 0.0, 300.0, True)
     assert (ambient.variability, ambient.initial, ambient.settable) == ("continuous", "exact", True)

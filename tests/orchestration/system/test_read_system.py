@@ -243,8 +243,8 @@ def test_components_of_fmi_three_and_two_mix(lab: Lab) -> None:
             "third.field: is declared with 2 elements, but has 3 in its FMU; correct one",
         ),
         (
-            connector("image", "output"),
-            "third.image: is of type Binary, which is not supported; use numbers",
+            connector("tick", "output"),
+            "third.tick: is of type Clock, which is not supported; use numbers",
         ),
         (
             connector("length", "parameter", "<ssc:Float64/>"),
@@ -264,3 +264,15 @@ def test_a_start_value_of_an_input_that_is_fed_is_remarked_on(lab: Lab) -> None:
     read = lab.read(lab.cell(fed, link=parameters("heat_flow:Real:5")))
     told = "link.heat_flow: its start value 5.0 has no effect once the run has begun, since motor.heat_flow"
     assert [each for each in read.remarks if each.startswith(told)] == list(read.remarks) != []
+
+
+def test_an_unpacked_description_may_refer_to_fmus_outside_its_folder(lab: Lab) -> None:
+    """As those of a repository do, which its user has on disk; one inside an SSP may not."""
+    folder = lab.folder / "systems" / "one"
+    folder.mkdir(parents=True)
+    (lab.folder / "Link.fmu").write_bytes(bytes(lab.entries()["resources/Link.fmu"]))  # type: ignore[arg-type]
+    (folder / "SystemStructure.ssd").write_text(ssd(system(component("link", "../../Link.fmu"))), "utf-8")
+    read = read_system(folder / "SystemStructure.ssd", lab.folder / "work")
+    assert list(read.components) == ["link"]
+    with pytest.raises(InputError, match="leads outside the SSP"):
+        lab.read(ssd(system(component("link", "../../Link.fmu"))))

@@ -217,8 +217,8 @@ CASES = [
     ),
     Case(
         "value_binary",
-        cell(link=parameters("label:Binary:00")),
-        "link: ParameterSet: label: values of type Binary are not supported; use Real, Integer, Boolean or String",
+        cell(link=parameters("label:Clock:00")),
+        "link: ParameterSet: label: values of type Clock are not supported; use Real, Integer, Boolean or String",
     ),
     Case(
         "value_twice",
