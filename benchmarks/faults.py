@@ -130,7 +130,7 @@ def _kinds() -> Mapping[str, Kind]:
 
 
 @cache
-def learnt_values(law: str, plant: int) -> Mapping[str, float]:
+def learnt_values(law: str, plant: int, sensors: tuple[str, ...] = SENSORS) -> Mapping[str, float]:
     """Parameter set of a law that was learnt from a log of a plant, by scalar."""
     told, draw = truth_of(TRAINING, plant), np.random.default_rng([plant, 45])
     growth = told["elongation"] + 5e-7 * draw.normal(size=len(told.rows))
@@ -138,7 +138,7 @@ def learnt_values(law: str, plant: int) -> Mapping[str, float]:
     temperature = np.column_stack([told[name] for name in SENSED])
     measured = np.where(seconds % 60 == 0, growth, np.nan)
     log = Log(TRAINING, seconds, temperature, measured, {name: told[name] for name in DUTY})
-    found = learn([log], SENSORS)
+    found = learn([log], sensors)
     return by_scalar(found.values if law == "regression" else taught(law, found, STEP))
 
 

@@ -35,7 +35,7 @@ THERMAL: Mapping[str, tuple[str, ...]] = {
 AS_MODELLED: Mapping[str, float] = {f"coefficient_spread[{i}]": 0.0 for i in range(1, 16)}
 """Start values of a law whose owner knows that the machine has the structure of the model."""
 
-FILTER_ALONE: Mapping[str, float] = {**AS_MODELLED, "learnt": 1.0, "relative_std": 0.0}
+FILTER_ALONE: Mapping[str, float] = {**AS_MODELLED, "learnt": 1.0, "relative_std": 0.0, "duty_std": 1.0}
 """Start values with which an observer states its filter's error only, without what no thermometer shows."""
 
 LONGEST = 3 * 3600.0

@@ -113,15 +113,32 @@ def _unseen(found: Diagnosis, machine: Machine, seed: int) -> tuple[dict[str, fl
         readings = [problem.finest(i, z) for i, z in enumerate(Carried(problem, fit).values)]
         told = readings if learnt is None else learnt.corrected(problem, readings)
         pairs = zip(names, problem.data, told, strict=True)
-        return {name: _growth(data.readings[:, channel], each[:, channel]) for name, data, each in pairs}
+        return {name: growth_error(data.readings[:, channel], each[:, channel]) for name, data, each in pairs}
 
     return errors(found.before.fit, None), errors(found.adopted.fit, found.delivery.remainder)
 
 
-def _growth(measured: Array, told: Array) -> float:
+def growth_error(measured: Array, told: Array) -> float:
+    """Error in um, rms, of growth in m that counts from the start of a run."""
     error = measured - told
     error = error[np.isfinite(error)]
     return float(1e6 * np.sqrt(np.mean((error - error[:_ZERO].mean()) ** 2)))
+
+
+def summary(judged: list[Judged], logs: int) -> str:
+    """How many models are better than the uncorrected ones, by how much, and how many causes were named."""
+    shares = np.array([one.share for one in judged])
+    ratios = np.array([after / one.before[name] for one in judged for name, after in one.after.items()])
+    virtual = np.array([one.virtual for one in judged])
+    named = sum(one.verdict in ("named", "ambiguous") for one in judged)
+    return (
+        f"{len(judged)} machines, seeds {judged[0].seed} to {judged[-1].seed}, logs of each: {logs}\n"
+        f"better than uncorrected {np.sum(shares < 1)}, worse by more than 5 % {np.sum(shares > _CLEARLY)}\n"
+        f"share of the uncorrected: median {np.median(shares):.2f} of machines, {np.median(ratios):.2f} of "
+        f"their duty cycles\n"
+        f"as virtual measurement at the log's end: median {np.nanmedian(virtual):.2f}\n"
+        f"wrong names {named}: no cause of the catalogue is what these machines lack"
+    )
 
 
 def main(
@@ -141,18 +158,7 @@ def main(
             f"seed {each}: {one.verdict}, {one.delivered} delivered; unseen duty cycles {one.share:.2f} of "
             f"the uncorrected; {one.seconds:.0f} s; um: {errors}"
         )
-    shares = np.array([one.share for one in judged])
-    ratios = np.array([after / one.before[name] for one in judged for name, after in one.after.items()])
-    virtual = np.array([one.virtual for one in judged])
-    named = sum(one.verdict in ("named", "ambiguous") for one in judged)
-    answer(
-        f"{len(judged)} machines, seeds {seed} to {seed + machines - 1}, {logs} log{'s' * (logs > 1)} each\n"
-        f"better than uncorrected {np.sum(shares < 1)}, worse by more than 5 % {np.sum(shares > _CLEARLY)}\n"
-        f"share of the uncorrected: median {np.median(shares):.2f} of machines, {np.median(ratios):.2f} of "
-        f"their duty cycles\n"
-        f"as virtual measurement at the log's end: median {np.nanmedian(virtual):.2f}\n"
-        f"wrong names {named}: no cause of the catalogue is what these machines lack"
-    )
+    answer(summary(judged, logs))
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ DAY = 86400.0
 ONSET = 30000.0
 """s of a day at which a fault begins."""
 
-_SPACING = 60.0
+_SPACING = 20.0
 """s between rows, on average: from half of it to half as much again."""
 
 HEADERS = (
@@ -233,9 +233,9 @@ def main() -> None:
     options.add_argument(
         "--days", type=int, default=30, help="sound days after the part that is declared sound"
     )
-    options.add_argument("--known", type=int, default=7, help="days that are declared sound")
-    options.add_argument("--tick", type=float, default=240.0, help="s of the log that are judged at once")
-    options.add_argument("--hours", type=float, default=48.0, help="hours in which a fault may be found")
+    options.add_argument("--known", type=int, default=5, help="days that are declared sound")
+    options.add_argument("--tick", type=float, default=120.0, help="s of the log that are judged at once")
+    options.add_argument("--hours", type=float, default=36.0, help="hours in which a fault may be found")
     given = options.parse_args()
     rows: dict[str, list[tuple[float | None, list[tuple[str, ...]]]]] = {name: [] for name in FAULTS}
     false = Counter[int]()

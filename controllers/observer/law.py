@@ -102,7 +102,7 @@ def begun(u: Record, p: Record, size: int, grown: Callable[[Number, Record], Num
         "plausible_heat": 0.0,
         "correction": recalled.correction,
         "elongation": growth,
-        "smoothed": smoothing.begun(witnesses.first(growth, elongation(duty_modes, p), recalled.known, p)),
+        "smoothed": smoothing.begun(grown(filters.quiet.mean, p)),
         "distrusted": fail_safe.distrusted(trust, readings, p),
     }
 
@@ -187,6 +187,9 @@ def settled(
     learnt : elongation in m that the camera adds to it
     """
     what, duty = sample.what, sample.duty
+    # Thermometers are smoothed before bounds are set: a bound that opens for a hot cell makes no overshoot.
+    smoothed = smoothing.smoothed(x.smoothed, where(what.wild > 0, x.smoothed[0], estimate), p, step)
+    estimate = smoothing.on_time(smoothed)
     sensors = compared(x, what.expected, sample.readings, sample.trust, duty, p, step)
     verdict = witnesses.heard(x, filters, estimate, what.duty_modes, sensors, p, step, camera)
     borne_out = clip(estimate, verdict.lower, verdict.upper)
@@ -194,8 +197,6 @@ def settled(
     more = minimum(absolute(learnt), 0.4 * p.tolerance)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
     wanted = where(what.wild > 0, x.correction, wanted)
-    smoothed = smoothing.smoothed(x.smoothed, wanted, p, step)
-    wanted = smoothing.on_time(smoothed)
     # After a start the correction has a long way to go; later no bound that comes or goes makes it leap.
     reach = where(x.waited < witnesses.WARM_TIME, p.correction_limit, STEADY * p.tolerance * step)
     wanted = x.elongation + clip(wanted - x.elongation, -reach, reach)

@@ -193,39 +193,39 @@ def _weighed(
     told = by_duty + where(x.known_for < KNOWN_TIME, shown, 0.0) * (estimate - by_duty)
 
     # Heat that no input tells of is believed where it looks like heat: from the shaft outwards.
-    off = margin(p)
+    margin = MARGIN * p.tolerance + minimum(SIGMAS * p.duty_std, LEARNT_MARGIN * p.tolerance)
     only_one = truth(total(used) < 1.5)
     heat = known * maximum(only_one, where(count > 1.5, shape.falls, 0.0))
     unsure = total(sensors.there - sensors.trusted) + 1.0 - known
-    low_d, high_d = _allowed(told, where(unsure > 0, UNSURE_SHARE, DUTY_SHARE), off)
+    low_d, high_d = _allowed(told, where(unsure > 0, UNSURE_SHARE, DUTY_SHARE), margin)
     # Until it is known how warm the cell is, no thermometer outvotes another; the winding's tells least.
     winding = placed(1.0, WINDING, SENSORS)
     others = sensors.there * (1.0 - winding)
     alone = where(total(others) > 0, others, sensors.there)
     largest, least = extremes(by_duty + p.growth_by_one * excess, alone)
-    low_s, _ = _allowed(where(known > 0, sensed, largest), SENSED_SHARE, off)
-    _, high_s = _allowed(where(known > 0, sensed, least), SENSED_SHARE, off)
+    low_s, _ = _allowed(where(known > 0, sensed, largest), SENSED_SHARE, margin)
+    _, high_s = _allowed(where(known > 0, sensed, least), SENSED_SHARE, margin)
     lasting = where(x.agreed_for >= AGREEMENT_TIME, heat, 0.0)
     beyond_duty = where(count > 0, lasting, known)
     limit = p.correction_limit
     lower = maximum(low_d, where(count > 0, low_s, -limit))
     upper = minimum(where(beyond_duty > 0, limit, high_d), where(count > 0, high_s, limit))
     # Where duty and thermometers are apart, neither outvotes a camera that denies what the filter made.
-    low_c, high_c = _allowed(camera.elongation, SENSED_SHARE, off)
-    denied = truth(absolute(camera.denies) > off + SENSED_SHARE * absolute(camera.elongation))
+    low_c, high_c = _allowed(camera.elongation, SENSED_SHARE, margin)
+    denied = truth(absolute(camera.denies) > margin + SENSED_SHARE * absolute(camera.elongation))
     most = maximum(absolute(by_duty), absolute(sensed))
-    third = where(absolute(by_duty - sensed) > off + SENSED_SHARE * most, denied * camera.there, 0.0)
+    third = where(absolute(by_duty - sensed) > margin + SENSED_SHARE * most, denied * camera.there, 0.0)
     lower = where(third > 0, maximum(lower, low_c), lower)
     upper = where(third > 0, minimum(upper, high_c), upper)
     # Where they disagree, the camera is followed as far as duty or thermometers bear it out.
     apart = [absolute(camera.elongation - each) - SENSED_SHARE * absolute(each) for each in (by_duty, sensed)]
-    second = where(minimum(apart[0], where(count > 0, apart[1], limit)) < off, camera.there, 0.0)
+    second = where(minimum(apart[0], where(count > 0, apart[1], limit)) < margin, camera.there, 0.0)
     second = where(x.agreed_for < AGREEMENT_TIME, second, 0.0)
     lower, upper = (where(second > 0, camera.elongation, bound) for bound in (lower, upper))
 
     outside = where(estimate > high_d, 1.0 - heat, 0.0)
-    short = truth(absolute(estimate) < absolute(by_duty) / (1.0 + DUTY_SHARE) ** 1.5 - off)
-    astray = truth(absolute(estimate - sensed) > off + SENSED_SHARE * absolute(sensed))
+    short = truth(absolute(estimate) < absolute(by_duty) / (1.0 + DUTY_SHARE) ** 1.5 - margin)
+    astray = truth(absolute(estimate - sensed) > margin + SENSED_SHARE * absolute(sensed))
     astray = where(count > 0, astray, 0.0)
     warm = after.warm
     disagree = (1.0 - warm) * maximum(maximum(outside, short), astray)
@@ -234,17 +234,6 @@ def _weighed(
     doubt = maximum(1.0 - known, truth(agreed_for < AGREEMENT_TIME))
     duty_modes = where(warm > 0, filters.alert.mean[:MODES], duty_modes)
     return Verdict(lower, upper, after.known_for, agreed_for, duty_modes, doubt, disagree, shape.alike, warm)
-
-
-def first(growth: Number, by_duty: Number, known: Number, p: Record) -> Number:
-    """Growth in m by the first readings as far as duty and surroundings bear it out, or all that is known."""
-    lower, upper = _allowed(by_duty, UNSURE_SHARE, margin(p))
-    return where(known > 0, growth, clip(growth, lower, upper))
-
-
-def margin(p: Record) -> Number:
-    """By how much in m a witness may be off."""
-    return MARGIN * p.tolerance + minimum(SIGMAS * p.duty_std, LEARNT_MARGIN * p.tolerance)
 
 
 def _allowed(witness: Number, share: Number, margin: Number) -> tuple[Number, Number]:

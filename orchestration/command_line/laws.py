@@ -163,6 +163,7 @@ def export(
     design: Path | None = None,
     precision: Literal["double", "single"] | None = None,
     duty: list[str] | None = None,
+    data: list[Path] | None = None,
     thermometer: str | None = None,
     unit: str | None = None,
     temperature: str | None = None,
@@ -191,13 +192,15 @@ def export(
     precision : Of the arithmetic: double (LREAL) or single (REAL). Default: double.
     duty : With --to table: scenario, by name or file, in which the table is close to the law. Repeatable.
         Default: every one that ships for the cell.
+    data : With --to table: log of the machine (CSV, text, Parquet, Excel) in place of --duty, over which the
+        table is close to the law; no model of the machine is needed. Repeatable.
     thermometer : With --to table: temperature that it goes by, as `tip_temperature`. Default: the one
         that tells most.
     unit : With --to table: unit of lengths, as `um` or `mm`. Default: um.
     temperature : With --to table: unit of temperatures, as `degC` or `K`. Default: degC.
     out : Folder to write. Default: LAW.
     """
-    given = {"duty": duty, "thermometer": thermometer, "unit": unit, "temperature": temperature}
+    given = {"duty": duty, "data": data, "thermometer": thermometer, "unit": unit, "temperature": temperature}
     given = {"precision": precision} if to == "table" else given
     for name, value in given.items():
         if value is not None:
@@ -211,6 +214,7 @@ def export(
             law,
             design,
             duties=duty or (),
+            data=data or (),
             thermometer=thermometer,
             unit=unit or "um",
             temperature=temperature or "degC",

@@ -21,7 +21,7 @@ from warmlink.orchestration.machine.rig import HeatPath, Paths, Rig, owner_of, r
 from warmlink.orchestration.system.assemble import component, connected, end_of, read_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.model import Connection, System, Value
+from warmlink.orchestration.system.model import Connection, FmuPart, System, Value
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.system.units import Conversion, Unit, meaning
 
@@ -66,7 +66,8 @@ def rig_in(
     `looped`: in a loop of its FMUs, even where every part is known; `named`: the file with its roles, if any.
     InputError where a path or a role does not fit.
     """
-    system, moved = with_paths(base, paths)
+    parts = _parts_of(paths)
+    system, moved = _wired(base, paths, parts)
     machine = _with_roles_of(named, system)
     foreign: dict[str, Component] = {}
     nominal: dict[str, dict[str, Value]] = {}
@@ -82,6 +83,7 @@ def rig_in(
         system=system,
         base=base,
         paths=paths,
+        parts_of_paths=parts,
         moved=moved,
         source=None if named is None else named.source,
     )
@@ -128,20 +130,29 @@ def with_paths(base: System, paths: Paths) -> tuple[System, dict[str, str]]:
 
     InputError where one does not fit.
     """
+    return _wired(base, paths, _parts_of(paths))
+
+
+def _parts_of(paths: Paths) -> dict[str, FmuPart]:
+    """The FMUs of heat paths, built where they are missing, by the names of the paths."""
+    built = store(None, {HEAT_PATH.name}, remark) if paths else None
+    return {} if built is None else {name: component(name, path.fmu(built)) for name, path in paths.items()}
+
+
+def _wired(base: System, paths: Paths, parts: Mapping[str, FmuPart]) -> tuple[System, dict[str, str]]:
+    """As `with_paths`, with FMUs that are there."""
     system, moved = base, dict[str, str]()
-    if paths:
-        built = store(None, {HEAT_PATH.name}, remark)
-        for name, path in paths.items():
-            system = _with_path(system, name, path, path.fmu(built), moved)
+    for name, path in paths.items():
+        system = _with_path(system, name, path, parts[name], moved)
     return system, moved
 
 
-def _with_path(system: System, name: str, path: HeatPath, fmu: Path, moved: dict[str, str]) -> System:
+def _with_path(system: System, name: str, path: HeatPath, part: FmuPart, moved: dict[str, str]) -> System:
     """Put a heat path before the inputs that it changes, and note in `moved` what they are called then."""
     where = f"{name}.adds"
     if name in system.components:
         raise InputError(f"{name}: {system.name} has a component of this name; rename the cause")
-    parts = {**system.components, name: component(name, fmu)}
+    parts = {**system.components, name: replace(part, values=dict(part.values))}
     links = {each.target: each for each in system.connections}
     for end, target in path.totals.items():
         unit, taken = unit_of(system, target), f"{end}_heat_flow"
@@ -179,7 +190,7 @@ def extended(rig: Rig, values: Mapping[str, float], built: FmuStore) -> System:
         for name, path in rig.paths.items()
         if not path.parameter or values.get(f"{name}.{path.parameter}")
     }
-    bare, moved = with_paths(base, used)
+    bare, moved = _wired(base, used, rig.parts_of_paths)
     back = {path: end for end, path in rig.moved.items()}
     ends = {back.get(name, name): value for name, value in values.items()}
     found = with_values(bare, {moved.get(end, end): value for end, value in ends.items()})

@@ -23,7 +23,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, PLAYER, Machine
 from warmlink.orchestration.machine.roles import WeightedSum
 from warmlink.orchestration.machine.shipped import machine_named, machines
-from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.model import FmuPart, System, Value
 
 if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuStore
@@ -79,7 +79,7 @@ class Rig:
     looped : whether FMUs are co-simulated, even where every part is a component of warmlink
     cut : outputs that were measured, so that the inputs that they feed follow the log
     system : the FMUs, with the heat paths that causes may add to them; None for a shipped machine
-    base, paths : the FMUs without the heat paths, and the heat paths
+    base, paths, parts_of_paths : the FMUs without the heat paths, the heat paths, and the FMUs of these
     moved : input of a heat path by the input in front of which it was put
     source : the file that names the machine with its roles, if there is one
     sums : weighted sums of outputs that columns hold, by their text
@@ -93,6 +93,7 @@ class Rig:
     system: System | None = None
     base: System | None = None
     paths: Paths = field(default_factory=dict)
+    parts_of_paths: Mapping[str, FmuPart] = field(default_factory=dict)
     moved: Mapping[str, str] = field(default_factory=dict)
     source: Path | None = None
     sums: Mapping[str, WeightedSum] = field(default_factory=dict)
@@ -140,8 +141,7 @@ class Rig:
     def variables(self) -> dict[str, Scalar]:
         """Every scalar variable by its full name, without the inputs that a component of the plant feeds."""
         fed = {target for _, target in self._wires(inside=True)}
-        sums = {text: each.scalar for text, each in self.sums.items()}
-        return sums | {
+        return {text: each.scalar for text, each in self.sums.items()} | {
             name: replace(scalar, name=name)
             for instance, part in self.components.items()
             for scalar in part.scalars()
@@ -149,7 +149,7 @@ class Rig:
         }
 
     def weights(self, name: str) -> Mapping[str, float]:
-        """Outputs that make up what was measured, each with its weight: of a plain output itself, with 1."""
+        """Outputs that make up what was measured, each with its weight; of a plain output itself alone."""
         return self.sums[name].weights if name in self.sums else {name: 1.0}
 
     @cached_property
@@ -213,15 +213,17 @@ class Rig:
     def measured_at(self, variables: Iterable[str]) -> Rig:
         """The same rig with these inputs taken from the log, whatever feeds them in the system."""
         wanted = set(variables)
-        cut = {source for source, target in self._wires(inside=True) if target in wanted and self.system}
+        cut = {source for source, target in self._wires(inside=True) if target in wanted}
         return replace(self, cut=self.cut | cut) if cut else self
 
     @cached_property
     def required_inputs(self) -> tuple[tuple[str, ...], ...]:
-        """Inputs that every run should have, each with those that may stand in its place."""
+        """Inputs that runs should have, each with those in its place; none of a part the log stands for."""
         found: dict[tuple[str, ...], tuple[str, ...]] = {}
         for instance in self.components:
-            for names in _REQUIRED.get(self.machine.parts[instance], "").split():
+            given = {source for source, _ in self.machine.wires if self.part_of(source) == instance}
+            needed = "" if given and given <= self.cut else _REQUIRED.get(self.machine.parts[instance], "")
+            for names in needed.split():
                 group = tuple(f"{instance}.{name}" for name in names.split("|"))
                 if group[0] in self.externals:
                     found.setdefault(self.fed_with(group[0]), group)
@@ -262,8 +264,7 @@ class Rig:
     def _seen_by(self, end: str) -> str:
         """Camera that looks at what comes in at an end; empty if none does."""
         part = self.part_of(end)
-        seen = self.machine.parts[part] == "DriftCamera" and end == f"{part}.elongation"
-        return part if seen else ""
+        return part if self.machine.parts[part] == "DriftCamera" and end == f"{part}.elongation" else ""
 
     def unit(self, name: str) -> str:
         """SI unit of a variable."""

@@ -43,7 +43,7 @@ def _sum(rig: Rig, text: str, where: str) -> WeightedSum:
         raise InputError(f"{where}: names no variable of {rig.name}; write one as INSTANCE.VARIABLE")
     if driven := [name for name, each in scalars.items() if each.start is not None]:
         raise InputError(
-            f"{where}: {listed(driven)} is no output, and a sum is made of outputs; a column that drives "
+            f"{where}: a sum is made of outputs, and has {listed(driven)}; a column that drives "
             "the machine in another quantity feeds a [term.NAME] with inputs of its own"
         )
     units = dict.fromkeys(each.variable.unit for each in scalars.values())

@@ -17,12 +17,14 @@ from warmlink.fmus.component.units import display_conversion
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.closed_loop.load import load_scenario, names_on
-from warmlink.orchestration.closed_loop.outcome import run
+from warmlink.orchestration.closed_loop.outcome import ClosedLoop, run
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import fresh_folder, with_hash
 from warmlink.orchestration.machine.machine import COMPENSATOR
-from warmlink.orchestration.products.cnc_axis import ROWS, TableOfAxis, axes_of
+from warmlink.orchestration.products.cnc_axis import ROWS, TableOfAxis, axes_of, axis_of
 from warmlink.orchestration.products.export import law_of
+from warmlink.orchestration.replay.learn import Sources
+from warmlink.orchestration.replay.logs import read_logs
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO
 
 
@@ -37,6 +39,7 @@ class CncTable(Answer):
     duties : scenarios that they are close to the law in, with the hash of their files
     unit, temperature_unit : in which they are written
     formula : of a regression over all its thermometers; None for another law, or one for each axis
+    measured : whether these are measured logs
     """
 
     core: Core
@@ -45,6 +48,7 @@ class CncTable(Answer):
     unit: str
     temperature_unit: str
     formula: str | None
+    measured: bool = False
 
     @property
     def name(self) -> str:
@@ -108,6 +112,8 @@ class CncTable(Answer):
             axes="\n".join(self._axis(each) for each in self.axes),
             formula=more if self.formula else "",
             duties="\n".join(f"- {each}" for each in self.duties),
+            what="measured logs" if self.measured else "duty cycles",
+            by=_BY_LOGS if self.measured else _BY_MODEL,
             parameters=parameters(self.core),
         )
 
@@ -131,6 +137,10 @@ class CncTable(Answer):
         )
 
 
+_BY_LOGS = "This was computed from measured logs, without a model of the machine."
+_BY_MODEL = "This was computed with warmlink's model of the machine, and is off by what that is."
+
+
 def formula(component: Component, unit: str, temperature_unit: str) -> str | None:
     """A regression in one line, in a unit of length, over temperatures; None for a law of another form."""
     start = component.p.values(component.start_values()[0])
@@ -152,20 +162,24 @@ def cnc_table(
     design: str | Path | Mapping[str, str | float] | None = None,
     *,
     duties: Sequence[str] = (),
+    data: Sources = (),
     thermometer: str | None = None,
     unit: str = "um",
     temperature: str = "degC",
 ) -> CncTable:
-    """Approximate a law by what CNCs take: offset, coefficient and position by one temperature for each axis.
+    """Approximate a law by what CNCs take: offset, coefficient and position by a temperature for each axis.
 
-    The law runs in the closed loop of each duty cycle; the table is the closest to what it corrects. An axis
-    is a link; where one controller corrects several at once, the model says what each of them adds.
+    The law runs in the closed loop of each duty cycle, or over measured logs; the table is the closest to
+    what it corrects. An axis is a link; where one controller corrects several at once, the model says what
+    each of them adds. Of logs no link is known: there is one axis, whose growth is all offset.
 
     Parameters
     ----------
     law : controller, as `observer`, or a law of one's own, as `my_law.py:MyLaw`
     design : parameter set (SSV) from `design`, or its values by name; the design that ships by default
     duties : scenarios of one machine, by name or file; by default those that ship for the cell
+    data : logs of the machine (files or DataFrames) in place of scenarios, columns as `diagnose` reads them;
+        no model of the machine is needed
     thermometer : one of the law's, as `tip_temperature`; by default for each axis the one that tells most
     unit : of lengths, as `um` or `mm`
     temperature : unit of temperatures, as `degC` or `K`
@@ -173,6 +187,7 @@ def cnc_table(
     Examples
     --------
     >>> wl.cnc_table("regression", duties=["stop_and_go"], unit="mm").write("cnc")
+    >>> wl.cnc_table("regression", "law.ssv", data=["log.csv"]).write("cnc")
 
     Raises
     ------
@@ -186,10 +201,37 @@ def cnc_table(
             what = "a length; give one as um or mm" if of == "m" else "a temperature; give one as degC or K"
             raise InputError(f"{argument(argued, asked)}: is no unit of {what}") from None
     name, component, source = law_of(law, design)
-    values = component.start_values()[0].tolist()
-    told = {f"{COMPENSATOR}.{n}": v for n, v in zip(component.p.names, values, strict=True)}
-    given = told if design is not None else {}
-    scenarios = list(duties) or names_on(load_scenario(DEFAULT_SCENARIO).machine.name)
+    if data and duties:
+        raise InputError(f"{argument('duty', duties[0])}: give either duty cycles or logs of the machine")
+    if data:
+        logs = read_logs(data)
+        axes, played, one = [axis_of(component, logs)], [each.name for each in logs], True
+        files = zip(data, logs, strict=True)
+        sources = [with_hash(of) if isinstance(of, (str, Path)) else log.name for of, log in files]
+    else:
+        scenarios = list(duties) or names_on(load_scenario(DEFAULT_SCENARIO).machine.name)
+        runs = _runs(law, component if design is not None else None, scenarios)
+        axes, played = axes_of(runs), [each.scenario.name for each in runs]
+        one = design is not None or runs[0].scenario.machine.designs is None
+        sources = [with_hash(each) if Path(each).is_file() else f"{each}, as it ships" for each in scenarios]
+    if all(np.abs(each).max() <= 0.0 for axis in axes for each in axis.correction):
+        raise InputError(f"{name}: corrects nothing in these duty cycles; there is nothing to tabulate")
+    for axis in axes:
+        if thermometer is not None and thermometer not in axis.readings:
+            told_so = f"{argument('thermometer', thermometer)}: no thermometer of the law"
+            raise InputError(f"{told_so}; {instead(thermometer, axis.readings)}")
+    tables = tuple(axis.tabulated(played, thermometer) for axis in axes)
+    line = formula(component, unit, temperature) if one else None
+    core = Core(component, name, "double", source)
+    return CncTable(core, tables, tuple(sources), unit, temperature, line, bool(data))
+
+
+def _runs(law: str, designed: Component | None, scenarios: Sequence[str]) -> list[ClosedLoop]:
+    """A law in the closed loop of scenarios of one machine; by the machine's own design if none is given."""
+    given: dict[str, float] = {}
+    if designed is not None:
+        values = designed.start_values()[0].tolist()
+        given = {f"{COMPENSATOR}.{n}": v for n, v in zip(designed.p.names, values, strict=True)}
     runs = [run(each, law, parameters=given) for each in scenarios]
     for other in runs[1:]:
         if other.scenario.machine.parts != runs[0].scenario.machine.parts:
@@ -197,16 +239,4 @@ def cnc_table(
                 f"{argument('duty', other.scenario.name)}: is of another machine than "
                 f"{runs[0].scenario.name}; give scenarios of one machine"
             )
-    axes = axes_of(runs)
-    if all(np.abs(each).max() <= 0.0 for axis in axes for each in axis.correction):
-        raise InputError(f"{name}: corrects nothing in these duty cycles; there is nothing to tabulate")
-    for axis in axes:
-        if thermometer is not None and thermometer not in axis.readings:
-            told_so = f"{argument('thermometer', thermometer)}: no thermometer of the law"
-            raise InputError(f"{told_so}; {instead(thermometer, axis.readings)}")
-    played = [each.scenario.name for each in runs]
-    tables = tuple(axis.tabulated(played, thermometer) for axis in axes)
-    marked = tuple(with_hash(each) if Path(each).is_file() else f"{each}, as it ships" for each in scenarios)
-    one = design is not None or runs[0].scenario.machine.designs is None
-    line = formula(component, unit, temperature) if one else None
-    return CncTable(Core(component, name, "double", source), tables, marked, unit, temperature, line)
+    return runs

@@ -9,8 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.controllers.interface import SENSED
+from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
+from warmlink.orchestration.replay.compare import run_over
+from warmlink.orchestration.replay.logs import MeasuredLog
 
 Array = NDArray[np.float64]
 
@@ -137,6 +140,28 @@ def axes_of(runs: Sequence[ClosedLoop]) -> list[AxisRuns]:
             ]
             found.append(AxisRuns(name, own, readings, _places(runs[0], name) if links else None))
     return found
+
+
+def axis_of(law: Component, logs: Sequence[MeasuredLog]) -> AxisRuns:
+    """What a law corrects over measured logs, in one axis of which no link is known.
+
+    Rows in which a thermometer is missing are left out, those without it in all logs aside. Raises InputError
+    if no thermometer changes, or the law refuses a parameter.
+    """
+    corrected, read = [], []
+    for log in logs:
+        inputs, outputs, _ = run_over(law, log)
+        corrected.append(outputs.correction)
+        read.append(inputs[:, [law.u.index[name] for name in SENSED]])
+    every = np.concatenate(read)
+    there = np.flatnonzero(np.isfinite(every).any(axis=0))
+    used = [int(i) for i in there if np.ptp(every[np.isfinite(every[:, i]), i]) > 0.0]
+    if not used:
+        raise InputError("no thermometer changes in these logs; log one, as base_temperature [degC]")
+    whole = [np.isfinite(each[:, used]).all(axis=1) for each in read]
+    readings = {SENSED[i]: [each[rows, i] for each, rows in zip(read, whole, strict=True)] for i in used}
+    corrected = [each[rows] for each, rows in zip(corrected, whole, strict=True)]
+    return AxisRuns(WHOLE, corrected, readings, None)
 
 
 def _readings(runs: Sequence[ClosedLoop], controller: str) -> dict[str, list[Array]]:

@@ -15,8 +15,9 @@ from statistics import fmean, median
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from warmlink.controllers.replay import period, replay
+from warmlink.controllers.replay import ReplayedOutputs, period, replay
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component
@@ -103,11 +104,7 @@ def replay_figures(law: Component, log: MeasuredLog, tolerance: float) -> Replay
     log : measured
     tolerance : in m
     """
-    step = max(period(law), log.spacing)
-    if step > period(law) and "sample_time" in law.p.index:
-        law = replace(law, parameters=with_scalars(law.parameters, {"sample_time": step}))
-    inputs, measured, acting = log.inputs_of(law, step)
-    outputs = replay(law, inputs, measured)
+    _, outputs, acting = run_over(law, log)
     growth = log.reference_growth
     known = np.flatnonzero(np.isfinite(growth) & (log.time - log.time[0] > SETTLING))
     if known.size < 2:
@@ -179,6 +176,20 @@ class Replayed(Answer):
     def write_csv(self, path: Path) -> None:
         """Write one row for each law and log."""
         write_frame(self.to_frame().round(6), path)
+
+
+def run_over(
+    law: Component, log: MeasuredLog
+) -> tuple[NDArray[np.float64], ReplayedOutputs, NDArray[np.intp]]:
+    """What a law saw and said at its samples over a log, and which sample acts at each row of the log.
+
+    It samples no faster than the log has rows. What it saw is in the order of its inputs, shape (m, u.size).
+    """
+    step = max(period(law), log.spacing)
+    if step > period(law) and "sample_time" in law.p.index:
+        law = replace(law, parameters=with_scalars(law.parameters, {"sample_time": step}))
+    inputs, measured, acting = log.inputs_of(law, step)
+    return inputs, replay(law, inputs, measured), acting
 
 
 def replayed(

@@ -205,6 +205,11 @@ class LawError:
         if self.law is not None:
             self.law.restore(state["law"])
 
+    @property
+    def shift(self) -> float:
+        """By how much it leaves another growth in m now than in the sound part; NaN if it is not known."""
+        return self.last - (self.mean or 0.0)
+
     def learn(self) -> list[float]:
         """Learn from what has come so far, which it gives back and forgets."""
         errors, self.opening = self.opening, []

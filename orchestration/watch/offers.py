@@ -56,7 +56,7 @@ def write_offer(
         with fresh_file(folder / WINDOW_FILE) as scratch:
             _write_window(scratch, machine, ticks)
         files = [WINDOW_FILE]
-        changed = changed_parameters(machine, learnt, causes)
+        changed = changed_parameters(machine, learnt, causes if causes or design is None else None)
         if changed is not None:
             units = {name: machine.rig.unit(name) for name in changed}
             held = {
@@ -78,17 +78,18 @@ def write_offer(
 
 
 def changed_parameters(
-    machine: WatchedMachine, learnt: SoundPart, causes: Sequence[Explanation]
+    machine: WatchedMachine, learnt: SoundPart, causes: Sequence[Explanation] | None
 ) -> dict[str, float] | None:
     """The model's parameters in SI that differ from nominal: as calibrated, and as the best cause says.
 
-    None if the best cause is none of the model's parameters.
+    None if the best cause is none of the model's parameters, or unknown; without causes (None) those that
+    were calibrated.
     """
-    slots = machine.equations.slots
-    if not causes or not any(slots[i] in machine.rig.parameters for i in causes[0].hypothesis.slots):
-        return None
-    values = learnt.values.copy()
-    values[list(causes[0].hypothesis.slots)] += causes[0].value
+    slots, values = machine.equations.slots, learnt.values.copy()
+    if causes is not None:
+        if not causes or not any(slots[i] in machine.rig.parameters for i in causes[0].hypothesis.slots):
+            return None
+        values[list(causes[0].hypothesis.slots)] += causes[0].value
     moved = np.abs(values - machine.slots) > _SAME * (1 + np.abs(machine.slots))
     there = dict(zip(slots, values.tolist(), strict=True))
     calibrated = {n: there[n] for n, m in zip(slots, moved, strict=True) if m and n in machine.rig.parameters}

@@ -216,6 +216,17 @@ class Watcher:
             if self.standing.causes != before:
                 yield {**said, "again": True}
 
+    def _of_law(self, time: float) -> dict[str, Any]:
+        """An alarm of the law alone."""
+        assert self.law is not None
+        assert self.standing is not None
+        self.explained, self.standing.causes = (), (LAW,)
+        told = (
+            f"the law leaves {1e6 * self.law.shift:+.1f} um of the growth beside what it left in the sound "
+            "part, while the model explains the readings"
+        )
+        return {"time_s": time, "alarm": True, "verdict": LAW, "causes": [], "told": told}
+
     def named(self) -> Naming:
         """What the last ticks are put down to."""
         assert self.snapshots
@@ -229,6 +240,8 @@ class Watcher:
     def _told(self, time: float) -> dict[str, Any]:
         """An alarm, with what it is put down to."""
         assert self.standing is not None
+        if self.law is not None and self.levels[:-1].max() < 1.0 <= self.levels[-1]:
+            return self._of_law(time)
         found = self.named()
         causes = self.explained = found.set
         self.standing.causes = tuple(each.name for each in causes)

@@ -177,6 +177,7 @@ class Watching:
             return
         if self._journal is None:
             self._journal = (self.folder / JOURNAL).open("a", encoding="utf-8")
+            self._journal.write("\n")  # what an earlier run left there may end within a line
         self._journal.write(json.dumps([self.rows + 1, list(cells)]) + "\n")
         self._journal.flush()
 
@@ -187,7 +188,7 @@ class Watching:
             try:
                 number, cells = json.loads(line)
             except ValueError:
-                break
+                continue
             if number > self.rows:
                 yield from self._read(cells, lambda at: None)
 

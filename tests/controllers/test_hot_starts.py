@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.faults import rig
+from benchmarks.faults import learnt_values, rig
 from benchmarks.law_trials import AS_MODELLED, mismatched
 from benchmarks.told import Outcome, Told, bare_cell, truth
 from warmlink.controllers.design.gains import design_controller
@@ -101,6 +101,27 @@ def test_a_law_that_starts_in_a_hot_cell_is_within_tolerance_in_a_minute(
     shown = np.abs(found.error) / found.std
     assert np.mean(shown < 2) > 0.8  # of one hour, in which errors are correlated
     assert shown.max() < 6
+
+
+LEARNT = [
+    *(("observer", BOTH_ENDS, pause) for pause in (MINUTE, 25 * MINUTE)),
+    *(
+        pytest.param(law, sensors, pause, marks=slow)
+        for law in LAWS
+        for sensors in (*SETS, ("middle",))
+        for pause in (MINUTE, 25 * MINUTE, 12 * HOUR)
+    ),
+]
+
+
+@pytest.mark.parametrize(("law", "sensors", "pause"), LEARNT)
+def test_so_is_a_law_that_a_log_taught(law: str, sensors: tuple[str, ...], pause: int) -> None:
+    """Smoothed after the bounds that open for a hot cell, the observers shot past the growth by 18 um."""
+    used = tuple(f"{place}_temperature" for place in sensors)
+    found = rig(law).run(replace(after(pause), parameters=learnt_values(law, 0, used)))
+    assert within(found, 60)
+    assert found.ready_wrong() == 0.0
+    assert found.ready[180:].mean() > 0.75
 
 
 @pytest.mark.parametrize("pause", [MINUTE, pytest.param(10 * MINUTE, marks=slow), 25 * MINUTE])

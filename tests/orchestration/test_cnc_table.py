@@ -11,9 +11,12 @@ import pytest
 import warmlink as wl
 from tests.orchestration.machine.strangers import machine
 from warmlink.controllers.export.core import designed
+from warmlink.controllers.start_values import by_scalar
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.products.cnc import CncTable, cnc_table, formula
 from warmlink.orchestration.products.cnc_axis import ROWS
+from warmlink.orchestration.replay.compare import run_over
+from warmlink.orchestration.replay.logs import read_logs
 
 CELSIUS = 273.15
 
@@ -87,6 +90,25 @@ def test_each_link_of_a_machine_is_an_axis(tmp_path: Path) -> None:
     assert "| `time_constant` |" in table.readme()
 
 
+def test_logs_of_a_machine_need_no_model(tmp_path: Path) -> None:
+    """The table of a law learnt from a log was close to it on the shipped cell, which the machine is not."""
+    log = tmp_path / "log.csv"
+    wl.hide(["radiation"], seed=3).to_csv(log, index=False)
+    learnt = wl.design("WarmupCell", "regression", data=[log])
+    learnt.write(tmp_path / "law.ssv")
+    table = cnc_table("regression", tmp_path / "law.ssv", data=[log])
+    (axis,) = table.axes
+    assert (axis.name, axis.places) == ("1", None)
+    law = designed(controller("regression"), by_scalar(learnt.values))
+    inputs, outputs, _ = run_over(law, read_logs([log])[0])
+    kelvin = inputs[:, law.u.index[axis.thermometer]]
+    off = np.interp(kelvin, axis.temperature, axis.growth) - outputs.correction
+    assert axis.errors[0].table[1] == pytest.approx(np.abs(off).max(), rel=1e-6)
+    assert "log.csv (SHA-256" in table.readme()
+    assert "without a model" in table.readme()
+    assert "learnt from log.csv (SHA-256" in table.readme()
+
+
 def test_scenarios_of_two_machines_are_refused(tmp_path: Path) -> None:
     with pytest.raises(wl.InputError, match="of another machine"):
         cnc_table("lag", duties=["stop_and_go", str(machine("gantry", tmp_path))])
@@ -99,6 +121,8 @@ def test_scenarios_of_two_machines_are_refused(tmp_path: Path) -> None:
         ({"temperature": "um"}, "is no unit of a temperature"),
         ({"thermometer": "tp_temperature"}, "did you mean tip_temperature"),
         ({"duties": ["nosuch"]}, "nosuch"),
+        ({"data": ["log.csv"]}, "either duty cycles or logs"),
+        ({"duties": (), "data": ["nosuch.csv"]}, "nosuch.csv"),
     ],
 )
 def test_what_it_cannot_do_is_refused(given: dict[str, object], said: str) -> None:

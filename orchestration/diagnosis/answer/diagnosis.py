@@ -92,7 +92,7 @@ class Diagnosis:
     def verdict_and_reason(self) -> tuple[Word, str]:
         """Verdict after the gate on prediction, and what is to be said of it."""
         word, _ = found = self._gated
-        if word == "empirical" and self._misread:
+        if word == "empirical" and doubts_of(self.assessment):
             return "unknown", "No cause is established, as a column looks like something else."
         if word == "empirical" and self.ladder.is_judged and self.delivery.base == UNCORRECTED:
             told = "none of the models predicts the held-out rows better than the uncorrected one"

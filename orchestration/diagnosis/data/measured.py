@@ -17,7 +17,7 @@ from warmlink.orchestration.diagnosis.data.rows import without_slips
 from warmlink.orchestration.diagnosis.data.signals import as_reading
 from warmlink.orchestration.scenarios.logged.cells import Column, as_input
 from warmlink.orchestration.scenarios.logged.clock import times
-from warmlink.orchestration.scenarios.logged.layout import TIME
+from warmlink.orchestration.scenarios.logged.layout import TIME, converts
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
 
 if TYPE_CHECKING:
@@ -228,6 +228,12 @@ def read_run(
 def _read(sheet: Sheet, place: Place, rig: Rig, kind: str) -> tuple[Column, Array, list[str]]:
     """A column, its values, and remarks on its cells; raises InputError."""
     scalar = rig.variables.get(place.variable)
+    si = rig.unit(place.variable) if kind == "input" else "W"
+    if si != "W" and converts(place.unit or "", "W"):
+        raise InputError(
+            f"{sheet.of(place.column)}: is a power in {place.unit}, and {place.variable} is in {si}; let it "
+            'drive a [term.NAME] with heat = "power" and inputs = { power = "0 W" }, as "NAME.power"'
+        )
     return as_reading(sheet, place, scalar) if kind == "reading" else as_input(sheet, place, scalar)
 
 

@@ -20,6 +20,8 @@ _FALLEN = 5.0
 _PULSE, _UNUSUAL, _SHORT = 0.1, 3.0, 3
 """An input's leap in a pulse at least, as a share of its largest and in medians; rows of a short pulse."""
 
+_PULSED = "with a pulse of an input that is too short for these rows to follow; taken for missing values"
+
 _UNREAD, _UNREAD_SHARE = 10, 0.05
 """Rows, and share of a run's time, for which it is said that something was not read."""
 
@@ -104,14 +106,14 @@ def _without_faults(
         )
     values[held] = np.nan
     for find, told in ((loose, "leaps to and fro"), (outliers, "leaps away and back")):
-        away = np.setdiff1d(find(time, values, driven), pulses)
-        if away.size:
-            by = leap(time, values, away) / parse_unit(column.unit).factor
-            values[away] = np.nan
-            yield (
-                f"{sheet.name}: {_named(sheet, away)}: {column.name} {told} by up to {by:.3g} {unit}, as no "
-                f"heat does; {missing}"
-            )
+        every = find(time, values, driven)
+        away, pulsed = np.setdiff1d(every, pulses), np.intersect1d(every, pulses)
+        for rows, why in ((away, f"as no heat does; {missing}"), (pulsed, _PULSED)):
+            if rows.size:
+                by = leap(time, values, rows) / parse_unit(column.unit).factor
+                which = f"{sheet.name}: {_named(sheet, rows)}: {column.name}"
+                yield f"{which} {told} by up to {by:.3g} {unit}, {why}"
+        values[every] = np.nan
     for row, height in shifted(time, values, driven):
         by = height / parse_unit(column.unit).factor
         yield (

@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.fit.wandering import Wander
 from warmlink.orchestration.diagnosis.ladder.baselines import baselines
 from warmlink.orchestration.diagnosis.ladder.prediction import MISSED, Predicted, Scores
 from warmlink.orchestration.diagnosis.ladder.predictor import Predictor, predictor_of
-from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, remainder
+from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, leaves_out_runs, remainder
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder, Rung
 from warmlink.orchestration.diagnosis.ladder.signals import growth_output, signals_of
 
@@ -139,19 +139,30 @@ class Delivery:
 
     @cached_property
     def _learnt(self) -> tuple[str, Remainder] | None:
-        """The model with the remainder that leaves least in blocks of fitted rows, and that remainder.
+        """The model that is best with its remainder, and that remainder.
 
-        None if nothing is held out, or the best model is within the noise there.
+        A remainder corrects the channels alone that held-out rows tell clearly better with it. None if none
+        is such, or nothing is held out, or the best model is within the noise there, or other duty cycles
+        cannot speak: whole runs are held out for that, or each of several fitted ones in turn.
         """
-        if not self._is_off:
+        if not (self._is_off and (self._plainest.judges_whole_runs or leaves_out_runs(self.scores.problem))):
             return None
-        tried = {
-            name: remainder(self.scores.problem, each.readings)
-            for name, each in self.models.items()
-            if _may_be_chosen(name, self._plainest)
-        }
-        found = [(name, each) for name, each in tried.items() if each is not None]
-        return min(found, key=lambda each: each[1].left, default=None)
+        ladder, found = self._plainest, []
+        for name, model in self.models.items():
+            if not _may_be_chosen(name, ladder):
+                continue
+            whole = remainder(self.scores.problem, model.readings)
+            kept = [] if whole is None else self._better_with(whole, ladder.named(name))
+            if whole is not None and kept:
+                part = whole.only(kept, self.scores.problem, model.readings)
+                found.append((ladder.score(_with(part)), name, part))
+        return min(found, key=lambda each: each[0])[1:] if found else None
+
+    def _better_with(self, learnt: Remainder, model: Rung) -> list[str]:
+        """Variables that held-out rows tell clearly better with a remainder than by its model alone."""
+        ladder, rung = self._plainest, _with(learnt)
+        variables = enumerate(self.scores.problem.variables)
+        return [name for i, name in variables if ladder.best_in(i, [rung], model) is not None]
 
     @cached_property
     def _modelled(self) -> Ladder:
@@ -159,7 +170,7 @@ class Delivery:
         plain = self._plainest
         if self._learnt is None:
             return plain
-        return plain.with_model(Rung(REMAINDER, "simulation", self._learnt[1].readings, is_model=True))
+        return plain.with_model(_with(self._learnt[1]))
 
     @cached_property
     def best_model(self) -> str:
@@ -279,6 +290,11 @@ class Delivery:
             for channel, rung in plain.items()
         }
         return predictor_of(self.scores.problem, ladder.runs, fits, name, description)
+
+
+def _with(learnt: Remainder) -> Rung:
+    """The rung of a model with its remainder."""
+    return Rung(REMAINDER, "simulation", learnt.readings, is_model=True)
 
 
 def _is_usable(rung: Rung, channel: int) -> bool:

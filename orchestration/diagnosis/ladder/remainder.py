@@ -17,14 +17,13 @@ from warmlink.fmus.remainder.equations import FEATURES, LAGS, TEMPERATURES, TIME
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.ladder.bank import Bank, bank_of
-from warmlink.orchestration.diagnosis.ladder.least_squares import regressed
 from warmlink.orchestration.diagnosis.ladder.signals import growth_output
 
 _RIDGES = (10.0, 1.0, 0.1, 0.01, 1e-3)
 """Strengths that are tried, strongest first: shares of the lags' own power that are added."""
 
-_BLOCKS = 5
-"""Blocks in time of each fitted run."""
+_BLOCKS, _MANY = 5, 3
+"""Blocks in time of each fitted run; runs from which each is a block of its own."""
 
 _FEWEST = 60
 """Fitted readings of a channel, at least."""
@@ -41,18 +40,16 @@ class Remainder:
     wires : input of the component by the variable of the system that it takes; an input of the system stands
         for what feeds it
     channels : output of the component by variable
-    left : error in blocks, mean over the channels of its logarithm
     bank : the lags that are weighted
-    weights : of the lags and of the model's own course, and a constant, by variable
+    weights : of the lags and of the model's own course, a constant, and the error in blocks, by variable
     """
 
     readings: tuple[Array, ...]
     values: Mapping[str, float]
     wires: Mapping[str, str]
     channels: Mapping[str, str]
-    left: float
     bank: Bank
-    weights: Mapping[str, tuple[Array, float]]
+    weights: Mapping[str, tuple[Array, float, float]]
 
     def corrected(self, problem: Problem, readings: Sequence[Array]) -> tuple[Array, ...]:
         """A model's readings with what was learnt, in the runs of any experiment on the same machine.
@@ -64,11 +61,29 @@ class Remainder:
         """
         found = [each.copy() for each in readings]
         for run, (table, lags) in enumerate(zip(found, self.bank.lags(problem, readings), strict=True)):
-            for variable, (weights, offset) in self.weights.items():
+            for variable, (weights, offset, _) in self.weights.items():
                 channel = problem.variables.index(variable)
                 own = self.bank.own(problem, run, readings[run][:, channel])
                 table[:, channel] += lags @ weights[:-1] + weights[-1] * own + offset
         return tuple(found)
+
+    def only(self, variables: Sequence[str], problem: Problem, readings: Sequence[Array]) -> Remainder:
+        """The same for some of the variables alone; the experiment and the model as for `corrected`."""
+        kept = {name: each for name, each in self.weights.items() if name in variables}
+        gone = {
+            key
+            for name, each in self.weights.items()
+            if name not in kept
+            for key in _values_of(self.bank.places, name, *each)
+        }
+        values = {key: value for key, value in self.values.items() if key not in gone}
+        found = replace(self, values=values, weights=kept)
+        return replace(found, readings=found.corrected(problem, readings))
+
+
+def leaves_out_runs(problem: Problem) -> bool:
+    """Whether so many runs are fitted that each is left out in turn, as another duty cycle."""
+    return len(problem.fitted_runs) >= _MANY
 
 
 def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
@@ -82,7 +97,7 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     bank, growth = bank_of(problem, readings), growth_output(problem)
     if bank is None:
         return None
-    lags, weighted, lefts = bank.lags(problem, readings), {}, []
+    lags, weighted = bank.lags(problem, readings), {}
     values = {f"time_constant[{k}]": constant for k, constant in enumerate(bank.constants, 1)}
     values |= {f"scale[{j}]": float(each) for j, each in enumerate(bank.scale, 1)}
     values |= _ends(np.concatenate([table[d.fitted] for table, d in zip(lags, problem.data, strict=True)]))
@@ -91,12 +106,9 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
         taken = variable in (*bank.places, growth)
         measured = sum(name in problem.variables for name in bank.places)
         known = _channel(problem, channel, lags, readings, own, measured) if taken else None
-        if known is None:
-            lefts.append(_rms(problem, channel, readings))
-            continue
-        lefts.append(known[2])
-        weighted[variable] = known[:2]
-        values |= _values_of(bank.places, variable, *known)
+        if known is not None:
+            weighted[variable] = known
+            values |= _values_of(bank.places, variable, *known)
     if not weighted:
         return None
     wires = {f"temperature[{i}]": name for i, name in enumerate(bank.places, 1)}
@@ -104,8 +116,7 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     wires |= dict(bank.drives) | ({"elongation": growth} if growth else {})
     channels = {name: f"corrected_temperature[{i}]" for i, name in enumerate(bank.places, 1)}
     channels |= {growth: "corrected_elongation"} if growth else {}
-    left = float(np.mean(np.log(np.maximum(lefts, 1e-15))))
-    found = Remainder(tuple(readings), values, wires, channels, left, bank, weighted)
+    found = Remainder(tuple(readings), values, wires, channels, bank, weighted)
     return replace(found, readings=found.corrected(problem, readings))
 
 
@@ -119,12 +130,36 @@ def _ends(lags: Array) -> dict[str, float]:
     }
 
 
-def _rms(problem: Problem, channel: int, readings: Sequence[Array]) -> float:
-    """Error of a channel on fitted rows."""
-    runs = zip(problem.data, readings, strict=True)
-    errors = np.concatenate([(d.readings - r)[d.fitted, channel] for d, r in runs])
-    read = np.isfinite(errors)
-    return float(np.sqrt(np.mean(errors[read] ** 2))) if read.any() else 1.0
+class _Moments:
+    """Sums of products of columns and what they explain, by block of rows: of lags, the target, and 1.
+
+    Whatever blocks and columns are left out, a regression needs no more than these.
+    """
+
+    def __init__(self, x: Array, y: Array, block: NDArray[np.int64]) -> None:
+        self._zero = np.append(x.mean(axis=0), y.mean())
+        table = np.column_stack([np.column_stack([x, y]) - self._zero, np.ones(y.size)])
+        parts = (table[block == b] for b in np.unique(block))
+        self._by_block = np.array([part.T @ part for part in parts])
+        self._whole = self._by_block.sum(axis=0)
+
+    def fitted(self, form: _Form) -> tuple[Array, float]:
+        """Weight of each lag, 0 for those that are not used, and a constant."""
+        told = -form.left(self._whole)
+        weights = told[:-2]
+        return weights, float(told[-1] + self._zero[-1] - self._zero[:-1] @ weights)
+
+    def squares(self, form: _Form | None) -> Array:
+        """Squared error of each block of rows by what the others teach, or by nothing, shape (blocks,)."""
+        if form is None:
+            added = self._zero[-1]  # what is left counts from 0
+            return np.asarray(
+                self._by_block[:, -2, -2]
+                + 2 * added * self._by_block[:, -2, -1]
+                + added**2 * self._by_block[:, -1, -1]
+            )
+        left = form.left(self._whole - self._by_block)
+        return np.asarray(np.einsum("bi,bij,bj->b", left, self._by_block, left))
 
 
 @dataclass(frozen=True)
@@ -134,20 +169,22 @@ class _Form:
     lags: NDArray[np.bool_]
     share: float
 
-    def fitted(self, x: Array, y: Array) -> tuple[Array, float]:
-        """Weight of each lag, 0 for those that are not used, and a constant."""
-        weights, zero = regressed(x[:, self.lags], y[:, None], self.share)
-        whole = np.zeros(self.lags.size)
-        whole[self.lags] = weights[:, 0]
-        return whole, float(zero[0])
-
-    def squares(self, x: Array, y: Array, block: NDArray[np.int64]) -> Array:
-        """Squared error of each block of rows by what the others teach, shape (blocks,)."""
-        found = []
-        for b in np.unique(block):
-            weights, zero = self.fitted(x[block != b], y[block != b])
-            found.append(np.sum((y - x @ weights - zero)[block == b] ** 2))
-        return np.array(found)
+    def left(self, moments: Array) -> Array:
+        """What is left of the target, as weights of lags, target and 1, shape (..., lags + 2)."""
+        used = np.flatnonzero(self.lags)
+        count = moments[..., -1, -1]
+        mean = moments[..., -1, :-1] / count[..., None]
+        spread = moments[..., :-1, :-1] / count[..., None, None] - mean[..., :, None] * mean[..., None, :]
+        power = np.diagonal(spread, axis1=-2, axis2=-1)[..., used]
+        least = 1e-12 * np.diagonal(moments, axis1=-2, axis2=-1)[..., used] / count[..., None]
+        size = np.where(power > least, np.sqrt(np.maximum(power, 1e-300)), np.inf)
+        gram = spread[..., used[:, None], used] / size[..., :, None] / size[..., None, :]
+        target = spread[..., used, -1] / size
+        weights = np.linalg.solve(gram + self.share * np.eye(used.size), target[..., None])[..., 0] / size
+        result = np.zeros(moments.shape[:-1])
+        result[..., used], result[..., -2] = -weights, 1.0
+        result[..., -1] = np.sum(mean[..., used] * weights, axis=-1) - mean[..., -1]
+        return result
 
 
 def _forms(x: Array, measured: int) -> list[_Form]:
@@ -182,17 +219,19 @@ def _channel(
         there = np.flatnonzero(data.fitted & np.isfinite(left))
         rows.append(np.column_stack([table, own[run]])[there])
         targets.append(left[there])
-        blocks.append(_BLOCKS * run + _BLOCKS * np.arange(there.size) // max(there.size, 1))
+        parts = 1 if leaves_out_runs(problem) else _BLOCKS
+        blocks.append(parts * run + parts * np.arange(there.size) // max(there.size, 1))
     x, y, block = np.concatenate(rows), np.concatenate(targets), np.concatenate(blocks)
     forms = _forms(x, measured) if y.size >= _FEWEST else []
     if not forms:
         return None
-    tried = [(form, form.squares(x, y, block)) for form in forms]
+    moments = _Moments(x, y, block)
+    tried = [(form, moments.squares(form)) for form in forms]
     least = min((squares for _, squares in tried), key=lambda squares: float(squares.sum()))
-    if not _clearly(np.array([np.sum(y[block == b] ** 2) for b in np.unique(block)]), least):
+    if not _clearly(moments.squares(None), least):
         return None
     form, squares = next(each for each in tried if not _clearly(each[1], least))
-    return *form.fitted(x, y), float(np.sqrt(squares.sum() / y.size))
+    return *moments.fitted(form), float(np.sqrt(squares.sum() / y.size))
 
 
 def _clearly(more: Array, less: Array) -> bool:

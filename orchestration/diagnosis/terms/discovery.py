@@ -20,16 +20,14 @@ from warmlink.orchestration.diagnosis.terms.gates import (
     unstable,
     with_other_levels,
 )
+from warmlink.orchestration.diagnosis.terms.linear import LinearFit, without_idle_numbers
 from warmlink.orchestration.diagnosis.terms.missing import Missing, PlaceHeat
 from warmlink.orchestration.diagnosis.terms.modelled import Modelled
-from warmlink.orchestration.diagnosis.terms.search import FittedTerms, TermSearch
+from warmlink.orchestration.diagnosis.terms.search import FittedTerms, TermSearch, is_near
 from warmlink.orchestration.progress import Progress, unseen
 
 Finding = Literal["equation", "ambiguous", "catalogue", "none"]
 """One equation; a set that the data cannot tell apart; a cause of the catalogue; none earns its place."""
-
-_SAME = 4.0
-"""Chi-square between two models' readings below which they say the same."""
 
 _LOOP = (
     "FMUs of this machine are simulated in a loop, so that what its readings answer to heat at every moment "
@@ -126,8 +124,14 @@ def discover(
         return replace(found, finding="catalogue", because=because)
     if not explaining:
         return replace(found, because="none of the candidates explains the run to within the noise")
-    near = [each for each in explaining if each.score < explaining[0].score + NEAR]
-    near = _without_idle_numbers(near)[:MOST_MEMBERS]
+    best = explaining[0]
+    near = [
+        each
+        for each in explaining
+        if is_near(each.score - best.score, each.model.fit.chi2 - best.model.fit.chi2)
+    ]
+    linear = [LinearFit(missing, each.model.refitted().candidates) for each in near]
+    near = [near[i] for i in without_idle_numbers(linear)][:MOST_MEMBERS]
     wander = assessment.fitter.wander
     passed, why = _through_the_gates(
         near, missing, before, experiment, lambda model: foretold(model, experiment, scores, wander)
@@ -171,16 +175,6 @@ def _through_the_gates(
         why = why or fault
     # What the fitted rows cannot tell apart, those held out rank.
     return sorted(passed, key=lambda each: each[1].held_out.in_noise if each[1].held_out else 0.0), why
-
-
-def _without_idle_numbers(near: list[FittedTerms]) -> list[FittedTerms]:
-    """Models but for those that say the same as one with fewer numbers, as a dead zone of no width."""
-    kept: list[FittedTerms] = []
-    for each in sorted(near, key=lambda tried: tried.model.numbers):
-        simpler = (other for other in kept if other.model.numbers < each.model.numbers)
-        if not any(np.sum((each.model.left - other.model.left) ** 2) < _SAME for other in simpler):
-            kept.append(each)
-    return sorted(kept, key=lambda tried: tried.score)
 
 
 def _named(causes: Iterable[str]) -> str:

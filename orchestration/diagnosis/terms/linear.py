@@ -7,6 +7,7 @@ Journal on Numerical Analysis 10 (1973) 413: nonlinear least squares whose varia
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,6 +23,10 @@ _MOST_STEPS, _SHORTEST = 8, 0.1
 _SMALL = 0.1
 """Decrease of chi-square that is worth no further step."""
 
+_SAME, _AGREES = 4.0, 1e-3
+"""Chi-square between what two models say below which nothing tells them apart, and the share of what one says
+below which the other agrees with it."""
+
 _BESIDE = 2e-3
 """Change of a shape's number for its derivative, as a share of its range in the data or of its value."""
 
@@ -36,11 +41,17 @@ class LinearFit:
     candidates : terms, with the numbers of their shapes
     bounds : of the numbers of shapes that are fitted, lowest and highest of each; if empty, the usual ones
         around their values
+    target : whitened readings that are fitted, shape (rows,); None for what the model leaves
     """
 
     missing: Missing
     candidates: tuple[Candidate, ...]
     bounds: tuple[tuple[float, float], ...] = ()
+    target: Array | None = None
+
+    @property
+    def _wanted(self) -> Array:
+        return self.missing.residual if self.target is None else self.target
 
     @cached_property
     def columns(self) -> Array:
@@ -51,12 +62,12 @@ class LinearFit:
     def strengths(self) -> Array:
         """Strength of each term in W, shape (terms,)."""
         size = np.maximum(np.linalg.norm(self.columns, axis=0), 1e-300)
-        return np.linalg.lstsq(self.columns / size, self.missing.residual, rcond=1e-10)[0] / size
+        return np.linalg.lstsq(self.columns / size, self._wanted, rcond=1e-10)[0] / size
 
     @cached_property
     def left(self) -> Array:
         """What the terms leave of the whitened residuals, shape (rows,)."""
-        return self.missing.residual - self.columns @ self.strengths
+        return self._wanted - self.columns @ self.strengths
 
     @property
     def chi2(self) -> float:
@@ -125,3 +136,25 @@ class LinearFit:
         every = zip(self.candidates, shapes, strict=True)
         moved = tuple(replace(each, shape=tuple(shape)) for each, shape in every)
         return replace(self, candidates=moved, bounds=bounds)
+
+
+def without_idle_numbers(fits: Sequence[LinearFit]) -> list[int]:
+    """Indices of fits but for those that need a number less to say the same, as a dead zone of no width.
+
+    Such a one contains a simpler model, for some numbers of its shapes, and is not told from it. Others that
+    say the same are other explanations.
+    """
+    order = sorted(range(len(fits)), key=lambda i: fits[i].numbers)
+    kept: list[int] = []
+    for i in order:
+        simpler = [fits[j] for j in kept if fits[j].numbers < fits[i].numbers]
+        alike = [each for each in simpler if np.sum((fits[i].left - each.left) ** 2) < _SAME]
+        if not any(_contains(fits[i], each) for each in alike):
+            kept.append(i)
+    return sorted(kept)
+
+
+def _contains(fit: LinearFit, simpler: LinearFit) -> bool:
+    """Whether a model says what a simpler one says for some numbers of its shapes."""
+    said = simpler.columns @ simpler.strengths
+    return replace(fit, target=said).polished().chi2 < _AGREES * float(said @ said)

@@ -20,7 +20,7 @@ from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.diagnosis.terms.library import Candidate, candidates
-from warmlink.orchestration.diagnosis.terms.linear import LinearFit
+from warmlink.orchestration.diagnosis.terms.linear import LinearFit, without_idle_numbers
 from warmlink.orchestration.diagnosis.terms.missing import Missing
 from warmlink.orchestration.diagnosis.terms.modelled import Chosen, Modelled, fitted
 from warmlink.orchestration.progress import Progress, unseen
@@ -48,8 +48,8 @@ _GROWN_FROM = 4
 _HOPELESS = 1e-12
 """Chance level of what the best model leaves, below which those near it are not fitted."""
 
-_ALIKE = 0.1
-"""Chi-square between what two models say below which the one with more numbers is not worth a simulation."""
+_AS_WELL = 2.0
+"""Chi-square up to which a model fits as well as the best one."""
 
 _SAME = 1e-9
 
@@ -66,6 +66,14 @@ class FittedTerms:
     def explains(self) -> bool:
         """Whether what it leaves may be noise, and no number would rather lie beyond its bound."""
         return self.chance >= UNEXPLAINED and not self.model.on_bound
+
+
+def is_near(score: float, chi2: float, slack: float = 0.0) -> bool:
+    """Whether data do not tell a model from the best one, whose score and chi-square are so much less.
+
+    What fits as well may be the truth though it takes another number to describe.
+    """
+    return score < NEAR + slack or chi2 < _AS_WELL + slack
 
 
 class TermSearch:
@@ -183,14 +191,12 @@ class TermSearch:
     def _near(self, ranked: Sequence[LinearFit]) -> list[LinearFit]:
         """Models that may be as good as the best, but for those that say the same as one of fewer numbers."""
         least = self._linear_score(ranked[0])
-        slack = NEAR + self._slack(least)
-        found: list[LinearFit] = []
+        found = []
         for each in ranked:
-            if self._linear_score(each) < least + slack + _SWITCHED * each.switches:
-                simpler = (other for other in found if other.numbers < each.numbers)
-                if not any(np.sum((each.left - other.left) ** 2) < _ALIKE for other in simpler):
-                    found.append(each)
-        return found
+            slack = self._slack(least) + _SWITCHED * each.switches
+            if is_near(self._linear_score(each) - least, each.chi2 - ranked[0].chi2, slack):
+                found.append(each)
+        return [found[i] for i in without_idle_numbers(found)]
 
     def _chosen(self, fit: LinearFit) -> Chosen:
         """Terms with the strengths that the linear answers give them."""

@@ -28,15 +28,18 @@ MISSING = (
     else "matiec is not there: give its folder as WARMLINK_MATIEC"
 )
 
-_PROJECT = """
+_PROGRAM = """
 PROGRAM main
 VAR law : {law}; END_VAR
 law();
 END_PROGRAM
+"""
+
+_PROJECT = """
 CONFIGURATION config
   RESOURCE res ON PLC
     TASK each_sample(INTERVAL := T#1s, PRIORITY := 0);
-    PROGRAM p WITH each_sample : main;
+    PROGRAM p WITH each_sample : {program};
   END_RESOURCE
 END_CONFIGURATION
 """
@@ -44,9 +47,13 @@ END_CONFIGURATION
 _FLAGS = ("-std=gnu99", "-O1", "-ffp-contract=off", "-fPIC", "-shared")
 
 
-def translated(core: Core, folder: Path) -> str:
-    """Translate the law's Structured Text to C with matiec, in a folder; what it complains of."""
-    text = structured_text(core) + _PROJECT.format(law=core.name)
+def translated(core: Core, folder: Path, program: str = _PROGRAM) -> str:
+    """Translate the law's Structured Text to C with matiec, in a folder; what it complains of.
+
+    The law is called by a program, whose name stands after the word.
+    """
+    called = program.split()[1]
+    text = structured_text(core) + program.format(law=core.name) + _PROJECT.format(program=called)
     (folder / "law.st").write_text(text, encoding="utf-8")
     command = [MATIEC / "iec2c", "-I", MATIEC / "lib", "-T", ".", "law.st"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True)

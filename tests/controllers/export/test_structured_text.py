@@ -176,6 +176,14 @@ def test_matiec_translates_it_without_a_word(core: Core, precision: Precision, t
     assert translated(Core(core.component, core.name, precision), tmp_path) == ""
 
 
+@pytest.mark.platform
+@with_matiec
+def test_matiec_translates_the_program_that_the_docs_show(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[3] / "docs" / "plc.md").read_text("utf-8")
+    (program,) = re.findall(r"^PROGRAM .*?^END_PROGRAM\n", page, re.MULTILINE | re.DOTALL)
+    assert translated(exported("regression"), tmp_path, program) == ""
+
+
 RESTARTS = {0.25: 30.0, 0.5: 600.0, 0.75: 20000.0}
 """Share of the time after which the controller was off, and for how many s."""
 

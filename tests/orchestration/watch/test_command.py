@@ -30,6 +30,8 @@ ASKED = ["--sound", f"{SOUND} h", "--until-end"]
         (["cell.csv", "--alarms", "often"], "--alarms 'often': is no rate"),
         (["cell.csv", "--alarms", "0 per day"], "--alarms '0 per day': is no rate"),
         (["cell.csv", "--tick", "0 s"], "--tick"),
+        (["cell.csv", "--controller", "magic"], "magic"),
+        (["cell.csv", "--parameters", "gains.ssv"], "--parameters gains.ssv: is of no law"),
         (["cell.csv", "--speed", "-1"], "--speed -1: is no speed"),
         (["cell.csv", "--serve", "here"], "--serve here: is no address"),
         (["cell.csv", "--mapping", "nodes.toml"], "--mapping nodes.toml: is for servers"),

@@ -65,7 +65,7 @@ def test_a_column_may_be_a_weighted_sum_of_outputs(tmp_path: Path) -> None:
         ("link.base_temperature - 2 * link.tip_temperature", "add up to -1"),
         ("link.base_temperature - link.elongation", "adds K and m"),
         ("link.base_temperature * link.tip_temperature", "not linear"),
-        ("link.base_temperature - motor.speed", "motor.speed is no output"),
+        ("link.base_temperature - motor.speed", "made of outputs, and has motor.speed"),
         ("link.base_temperature - link.tip_temperatur", "did you mean link.tip_temperature"),
         ("__import__('os')", "neither a variable nor a number"),
         ("1 + 1", "names no variable"),
@@ -148,7 +148,7 @@ def test_an_input_that_no_column_drives_keeps_what_is_written(tmp_path: Path) ->
     ("old", "new", "said"),
     [
         ('inputs = { power = "0 W" }', 'inputs = { powr = "0 W" }', "inputs: powr is not in the law"),
-        ('inputs = { power = "0 W" }', 'inputs = { power = "0 K" }', "W does not convert to K"),
+        ('inputs = { power = "0 W" }', 'inputs = { power = "0 K" }', "is a power in W, and"),
         ("parameters = { share = 0.9 }", "parameters = { share = 0.9, power = 1 }", "name it once"),
         ('"P_el [W]" = "heating.power"', '"P_el [W]" = "heating.pwr"', "did you mean heating.power"),
         ('inputs = { power = "0 W" }', "", "nor under parameters or inputs"),
@@ -162,3 +162,39 @@ def test_an_input_that_does_not_fit_its_term_is_refused(
     with pytest.raises(InputError) as refused:
         read([path])
     assert said in str(refused.value)
+
+
+_ROD = """
+system = "BenchRod"
+[[run]]
+data = "run.csv"
+[channels]
+"P" = "%s"
+"air" = "link.ambient_temperature"
+"base" = "link.base_temperature"
+"""
+
+
+def rod(folder: Path, variable: str) -> Experiment:
+    time = np.arange(0.0, 600.0, 10.0)
+    columns = {"P [W]": 6.0 * (time > 100), "air [degC]": 22.0, "base [degC]": 22 + time / 100}
+    pd.DataFrame({"time [s]": time, **columns}).to_csv(folder / "run.csv", index=False)
+    (folder / "e.toml").write_text(_ROD % variable)
+    return read([folder / "e.toml"])
+
+
+def test_a_logged_power_may_stand_for_the_heater_of_a_rod(tmp_path: Path) -> None:
+    found = rod(tmp_path, "link.heat_flow")
+    assert found.remarks == ()
+    assert found.rig.required_inputs == (("link.ambient_temperature",),)
+    problem = Problem(found)
+    read_out = problem.predict(0, problem.neutral[0])[0][:, 0]
+    assert read_out[5] == pytest.approx(295.15)
+    assert read_out[-1] > 300
+
+
+def test_a_power_for_what_is_none_is_refused_with_the_way_to_give_it(tmp_path: Path) -> None:
+    with pytest.raises(
+        InputError, match=r"is a power in W, and heater.on is in 1; let it drive a \[term.NAME\]"
+    ):
+        rod(tmp_path, "heater.on")

@@ -10,8 +10,14 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.remainder.component import COMPONENT
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.diagnose import read
+from warmlink.orchestration.diagnosis.fit.fitted import Carried
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, FitPoint
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.wandering import STILL
 from warmlink.orchestration.diagnosis.ladder.baselines import filtered
+from warmlink.orchestration.diagnosis.ladder.delivered import REMAINDER, UNCORRECTED, Delivery
+from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, Scores
 from warmlink.orchestration.diagnosis.ladder.remainder import remainder
 from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
@@ -61,6 +67,39 @@ def test_noise_asks_for_no_remainder(problem: Problem) -> None:
     sound = problem.finest(0, problem.neutral[0])
     learnt = remainder(problem, [sound])
     assert learnt is None or off(problem, learnt.readings[0]) < 1.1 * off(problem, sound)
+
+
+def delivered(problem: Problem, readings: list[Array]) -> Delivery:
+    """What is delivered beside a model that has these readings."""
+    stands = Fit((), (), np.zeros(0), FitPoint(0.0, (), ()), ())
+    model = Predicted(Carried(problem, stands), tuple(readings))
+    noise = [NoiseModel(0.1 if problem.experiment.rig.unit(n) == "K" else 4e-7) for n in problem.variables]
+    return Delivery(Scores(problem, noise, stands), STILL, {UNCORRECTED: model}, "unknown", False)
+
+
+def test_the_end_of_one_run_asks_for_no_remainder_as_other_duty_cycles_do_not_speak(problem: Problem) -> None:
+    assert delivered(problem, [lacking(problem)]).remainder is None
+
+
+def test_a_channel_that_held_out_runs_do_not_ask_for_keeps_the_model(problem: Problem) -> None:
+    """The growth lacks something in both runs, the shaft's error is in the fitted run alone."""
+    run = problem.experiment.runs[0]
+    runs = (replace(run, fit_until=1e6), replace(run, name="another", heldout=True))
+    both = Problem(replace(problem.experiment, runs=runs))
+    readings = [lacking(both), lacking(both)]
+    shaft, growth = (both.variables.index(n) for n in ("motor.shaft_temperature", "link.elongation"))
+    readings[0][:, shaft] -= 2.0 * np.sin(np.linspace(0.0, 3.0, len(readings[0])))
+    whole = remainder(both, readings)
+    assert whole is not None
+    assert "motor.shaft_temperature" in whole.weights
+    delivery = delivered(both, readings)
+    assert delivery.name == REMAINDER
+    assert delivery.remainder is not None
+    assert list(delivery.remainder.weights) == ["link.elongation"]
+    told = delivery.adopted.readings[1]
+    assert np.array_equal(told[:, shaft], readings[1][:, shaft])
+    assert np.array_equal(told[:, growth], whole.readings[1][:, growth])
+    assert not any(key.startswith("temperature_weight") for key in delivery.remainder.values)
 
 
 def test_held_out_rows_teach_nothing(problem: Problem) -> None:

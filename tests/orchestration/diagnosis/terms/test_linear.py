@@ -9,7 +9,7 @@ import pytest
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.terms.library import FORMS, Candidate
-from warmlink.orchestration.diagnosis.terms.linear import LinearFit
+from warmlink.orchestration.diagnosis.terms.linear import LinearFit, without_idle_numbers
 
 SPEED = np.tile(np.linspace(0.0, 4.0, 41), 3)
 
@@ -21,8 +21,10 @@ class Answers:
         self.residual = residual
 
     def columns(self, candidates: tuple[Candidate, ...]) -> Array:
-        zones = [np.maximum(SPEED - each.shape[0], 0.0) if each.shape else SPEED for each in candidates]
-        return np.column_stack([np.zeros((SPEED.size, 0)), *zones])
+        powers = [SPEED ** (1.5 if "1.5" in each.form.about else 1.0) for each in candidates]
+        zones = [np.maximum(SPEED - each.shape[0], 0.0) if each.shape else None for each in candidates]
+        every = (p if z is None else z for p, z in zip(powers, zones, strict=True))
+        return np.column_stack([np.zeros((SPEED.size, 0)), *every])
 
 
 def candidate(about: str, *shape: float) -> Candidate:
@@ -59,3 +61,21 @@ def test_a_form_without_a_shape_has_nothing_to_polish() -> None:
     assert found.strengths == pytest.approx([3.0])
     assert not found.switches
     assert found.numbers == 1
+
+
+def test_a_dead_zone_of_no_width_is_left_out_and_another_explanation_is_not() -> None:
+    noise = np.random.default_rng(2).normal(size=SPEED.size)
+    line = candidate("proportional to speed")
+    idle = [fit(SPEED + noise, line), fit(SPEED + noise, candidate("speed above a dead zone", 0.02))]
+    assert without_idle_numbers([each.polished() for each in idle]) == [0]
+    slow = 2.0 * np.maximum(SPEED - 2.0, 0.0) + noise
+    other = [fit(slow, line), fit(slow, candidate("speed above a dead zone", 1.8)).polished()]
+    assert without_idle_numbers(other) == [0, 1]
+
+
+def test_what_says_the_same_and_is_another_form_stays_beside_a_simpler_one() -> None:
+    target = 0.2 * np.maximum(SPEED - 1.0, 0.0)
+    power = fit(target, candidate("speed to the power 1.5"))
+    zone = fit(target, candidate("speed above a dead zone", 1.2)).polished()
+    assert np.sum((power.left - zone.left) ** 2) < 4.0
+    assert without_idle_numbers([power, zone]) == [0, 1]
