@@ -1,7 +1,8 @@
 """What a diagnosis delivers of machines of other structure, judged on duty cycles that it never saw.
 
 Each machine has a seed. An owner's log, or three, are diagnosed as they are, and nothing else is known. The
-growth is told from inputs alone, from the temperatures at the start of each run, and counts from there.
+growth is told from inputs alone, from the temperatures at the start of each run, and counts from there. Duty
+cycles that may be logs are never judged, so that one log and three are judged on the same ones.
 """
 
 from __future__ import annotations
