@@ -190,7 +190,9 @@ def extended(rig: Rig, values: Mapping[str, float], built: FmuStore) -> System:
         for name, path in rig.paths.items()
         if not path.parameter or values.get(f"{name}.{path.parameter}")
     }
-    bare, moved = _wired(base, used, rig.parts_of_paths)
+    # A term that a diagnosis found is built now; what causes may add was built with the rig.
+    own = {n: component(n, path.fmu(built)) for n, path in used.items() if n not in rig.parts_of_paths}
+    bare, moved = _wired(base, used, {**rig.parts_of_paths, **own})
     back = {path: end for end, path in rig.moved.items()}
     ends = {back.get(name, name): value for name, value in values.items()}
     found = with_values(bare, {moved.get(end, end): value for end, value in ends.items()})
