@@ -194,7 +194,8 @@ def _facts_of_fmu(info: ModelInfo, rows: Sequence[VariableRow]) -> dict[str, str
 
 def _interfaces(info: ModelInfo) -> str:
     """What an FMU may be used as, that which a system uses by default first."""
-    first = "co-simulation" if info.interface == "CoSimulation" else "model exchange"
+    words = {"CoSimulation": "co-simulation", "ModelExchange": "model exchange"}
+    first = words.get(info.interface, "scheduled execution")
     return f"{first} and model exchange" if info.exchange else first
 
 

@@ -19,6 +19,7 @@ from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import UNLIMITED, IsolatedSlave, Isolation
 from warmlink.orchestration.master.slaves.models import Fmi1Model, Fmi2Model, Fmi3Model
 from warmlink.orchestration.master.slaves.network import Network
+from warmlink.orchestration.master.slaves.scheduled import Fmi3ScheduledSlave
 from warmlink.orchestration.master.slaves.slave import RunSpan, Slave, SlaveError, nominal
 from warmlink.orchestration.master.slaves.versions import Fmi1Slave, Fmi2Slave, Fmi3Slave
 from warmlink.orchestration.system.archive import unpack
@@ -38,6 +39,7 @@ _KINDS: dict[tuple[str, str], type[FmiSlave]] = {
     ("1.0", "ModelExchange"): Fmi1Model,
     ("2.0", "ModelExchange"): Fmi2Model,
     ("3.0", "ModelExchange"): Fmi3Model,
+    ("3.0", "ScheduledExecution"): Fmi3ScheduledSlave,
 }
 """Slaves by FMI version and interface."""
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from itertools import product
@@ -23,6 +24,7 @@ from warmlink.orchestration.system.fmi1 import in_words_of_fmi2
 from warmlink.orchestration.system.model import (
     TYPES,
     Capabilities,
+    ClockTicks,
     ConnectorType,
     DefaultExperiment,
     FmuVariable,
@@ -94,14 +96,11 @@ def parse_description(root: Any, fmu: Path, where: str, other_sizes: bool = Fals
     major = max(2, int(version[0]))
     interfaces = {
         kind: (xml.required(held, "modelIdentifier", where), _capabilities(held, major, where))
-        for kind in ("CoSimulation", "ModelExchange")
+        for kind in ("CoSimulation", "ModelExchange", "ScheduledExecution")
         if (held := root.find(kind)) is not None
     }
     if not interfaces:
-        other = "ScheduledExecution" if root.find("ScheduledExecution") is not None else "no interface"
-        raise InputError(
-            f"{where}: offers {other}, neither co-simulation nor model exchange; export the model for one"
-        )
+        raise InputError(f"{where}: offers no interface; export the model for co-simulation")
     interface: Any = next(iter(interfaces))
     identifier, capabilities = interfaces.pop(interface)
     experiment = root.find("DefaultExperiment")
@@ -142,7 +141,7 @@ def _capabilities(interface: Any, major: int, where: str) -> Capabilities:
         name: xml.optional(interface, words[major - 2], xml.truth, where) or False
         for name, words in _FLAGS.items()
     }
-    if interface.tag == "ModelExchange":
+    if interface.tag != "CoSimulation":
         flags["variable_step"] = True
     return Capabilities(
         **flags, internal_step=xml.optional(interface, "fixedInternalStepSize", xml.number, where)
@@ -243,7 +242,16 @@ def _variable(
         items=items if kind == "Enumeration" else {},
         dimensions=dimensions,
         negated=element.get("alias") == "negatedAlias",
+        clock=_ticks(name, said, where) if typed.tag == "Clock" else None,
     )
+
+
+def _ticks(name: str, said: Mapping[str, str], where: str) -> ClockTicks:
+    """Give when a clock ticks."""
+    texts = {key: said.get(key) for key in ("intervalDecimal", "shiftDecimal")}
+    interval, shift = (None if text is None else xml.number(text, where) for text in texts.values())
+    priority = xml.integer(said.get("priority", "0"), where)
+    return ClockTicks(name, said.get("intervalVariability", "triggered"), interval, shift or 0.0, priority)
 
 
 def _defaults(fmi_type: str, causality: str, variability: str | None) -> tuple[str, str | None]:

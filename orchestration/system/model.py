@@ -134,6 +134,21 @@ class System(Answer):
 
 
 @dataclass(frozen=True)
+class ClockTicks:
+    """When a clock of FMI 3.0 ticks.
+
+    The `kind` is its intervalVariability; `interval` (None if the FMU tells it at run time) and `shift` are
+    in s. Of clocks that tick at one time that of the least `priority` is first.
+    """
+
+    name: str
+    kind: str
+    interval: float | None = None
+    shift: float = 0.0
+    priority: int = 0
+
+
+@dataclass(frozen=True)
 class FmuVariable:
     """One scalar variable, an element of an array, or an array whose elements are too many to tell apart.
 
@@ -150,6 +165,7 @@ class FmuVariable:
     element, elements : place in an array, counted from 0 row by row, of so many elements, which have one
         value reference, and are exchanged together
     negated : whether what is exchanged by its value reference is the value times -1 (FMI 1.0)
+    clock : when it ticks; None for what is no clock
     """
 
     name: str
@@ -171,6 +187,7 @@ class FmuVariable:
     element: int = 0
     elements: int = 1
     negated: bool = False
+    clock: ClockTicks | None = None
 
     @property
     def settable(self) -> bool:
@@ -231,7 +248,7 @@ class ModelInfo:
     log_categories: tuple[str, ...] = ()
     accepts_nan: frozenset[str] = frozenset()
     remarks: tuple[str, ...] = ()
-    interface: Literal["CoSimulation", "ModelExchange"] = "CoSimulation"
+    interface: Literal["CoSimulation", "ModelExchange", "ScheduledExecution"] = "CoSimulation"
     exchange: tuple[str, Capabilities] | None = None
     continuous_states: int = 0
     event_indicators: int = 0

@@ -39,7 +39,7 @@ class Callbacks1(ctypes.Structure):
 
 
 _LETTERS = {
-    **{"p": c_void_p, "s": c_char_p, "n": c_size_t, "d": c_double, "i": c_int, "b": c_bool},
+    **{"p": c_void_p, "s": c_char_p, "n": c_size_t, "d": c_double, "i": c_int, "b": c_bool, "u": c_uint},
     "c": Callbacks1,
 }
 
@@ -94,6 +94,10 @@ _OF_INTERFACE = {
         },
         **{"EnterEventMode": "p", "EnterStepMode": "p"},
     },
+    ("fmi3", "ScheduledExecution"): {
+        **{"InstantiateScheduledExecution": "sssbbppppp", "ActivateModelPartition": "pud"},
+        **{"GetIntervalDecimal": "ppnpp"},
+    },
     ("fmi2", "ModelExchange"): {
         **_MODES,
         **_MODEL,
@@ -106,7 +110,7 @@ _OF_INTERFACE = {
         **{"CompletedIntegratorStep": "pbpp", "GetContinuousStateDerivatives": "ppn"},
     },
 }
-"""Arguments of each function: pointer, string, size, double, int, bool, callbacks of FMI 1.0."""
+"""Arguments of each function: pointer, string, size, double, int, bool, unsigned, callbacks of FMI 1.0."""
 
 _SPELLED = {name: name.replace("FMUState", "FMUstate").replace("Des", "DeS") for name in _BOTH}
 """Names in FMI 2.0 that differ in their capitals."""
@@ -251,7 +255,7 @@ class Library:
             raise InputError(f"{told}; export it for this platform")
         here = working_folder()
         self._prefix = f"{identifier}_fmi" if prefix == "fmi1" else prefix
-        self._spelled = {"fmi1": _SPELLED_1[info.interface], "fmi2": _SPELLED}.get(prefix, {})
+        self._spelled = {"fmi1": _SPELLED_1.get(info.interface, {}), "fmi2": _SPELLED}.get(prefix, {})
         try:
             os.chdir(place)  # where some libraries look for others
             self._dll = ctypes.CDLL(str(place / f"{identifier}{SUFFIX}"))

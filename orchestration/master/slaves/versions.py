@@ -53,7 +53,8 @@ class Fmi1Slave(FmiSlave):
 
     def logging(self, component: int | None) -> int | None:
         """Give the instance's address, which its lines of the log bear."""
-        FmuLog.open[component or 0] = self.log
+        if component:
+            FmuLog.open[component] = self.log
         return component
 
     def ask_for_log(self) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from pathlib import Path as File
 from typing import Any, get_args
-from urllib.parse import unquote, urlsplit
+from urllib.parse import parse_qs, unquote, urlsplit
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import listed
@@ -214,6 +214,10 @@ class Reader:
             parts = urlsplit(source)
         except ValueError:
             raise InputError(f"{where}: source {source!r} is not a URI") from None
+        named = parse_qs(parts.query).get("file", []) if parts.scheme == "proxyfmu" else []
+        if named and parts.hostname in ("localhost", "127.0.0.1"):
+            self.remarks.append(f"{where}: source {source} asks for a proxy; the FMU is run without one")
+            parts = urlsplit(named[0])
         relative = None if parts.scheme or parts.netloc else self._inside(parts.path, where)
         if not relative:
             raise InputError(

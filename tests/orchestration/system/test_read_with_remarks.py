@@ -156,6 +156,15 @@ def test_equal_values_may_stand_twice(lab: Lab) -> None:
             lab.read(alone("", parameters("length:Real:2:m", other)))
 
 
+def test_an_fmu_behind_a_proxy_on_this_computer_is_run_without_it(lab: Lab) -> None:
+    """As demos of the Open Simulation Platform name theirs."""
+    source = "proxyfmu://localhost?file=resources/Link.fmu"
+    read = lab.read(ssd(system(component("link", source))))
+    assert read.remarks == (f"link: source {source} asks for a proxy; the FMU is run without one",)
+    with pytest.raises(InputError, match="is not a file inside the SSP"):
+        lab.read(ssd(system(component("link", source.replace("localhost", "example.org")))))
+
+
 def test_values_that_contradict_each_other_may_go_nowhere(lab: Lab) -> None:
     """As those of a whole aircraft's parts in one set, of which a simulation takes some."""
     read = lab.read(alone("", parameters("wing:Real:2:m", "wing:Real:3:m", "length:Real:2:m")))

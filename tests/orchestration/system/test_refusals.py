@@ -40,7 +40,7 @@ def odd_files(lab: Lab) -> dict[str, str | bytes]:
     """Give FMUs that no system can use, under the names by which the cases refer to them."""
     texts = {
         "Exchange": fmi2("Exchange", LINK, "ModelExchange"),
-        "Scheduled": '<fmiModelDescription fmiVersion="3.0"><ScheduledExecution/></fmiModelDescription>',
+        "None": '<fmiModelDescription fmiVersion="3.0"/>',
         "New": '<fmiModelDescription fmiVersion="4.0"/>',
     }
     files: dict[str, str | bytes] = {
@@ -98,9 +98,9 @@ CASES = [
         "link: implementation ScheduledExecution is not supported; use any, CoSimulation or ModelExchange",
     ),
     Case(
-        "scheduled_execution",
-        alone(fmu="resources/Scheduled.fmu"),
-        "link: Scheduled.fmu: modelDescription.xml: offers ScheduledExecution, neither co-simulation nor model exchange; export the model for one",
+        "no_interface",
+        alone(fmu="resources/None.fmu"),
+        "link: None.fmu: modelDescription.xml: offers no interface; export the model for co-simulation",
     ),
     Case(
         "modelica",
