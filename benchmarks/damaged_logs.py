@@ -161,7 +161,7 @@ KINDS: Mapping[str, tuple[Damage, str, str]] = {
     "zero rows": (zero_rows, "zeros", ""),
     "zero readings": (zero_readings, "tip_temperature", ""),
     "open circuit": (open_circuit, "middle_temperature", ""),
-    "dropout": (dropout, "", ""),
+    "dropout": (dropout, "nothing was read", ""),
     "clock 2 % fast": (fast_clock, "clock", "clock"),
     "clock 90 s late": (late_clock, "clock", "clock"),
     "swapped": (swapped, "swapped", ""),

@@ -13,6 +13,8 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import process_time
 from typing import Any
 
@@ -23,9 +25,11 @@ from benchmarks.strange_machine import STEP, Demand, Machine, Room, Run
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.hypotheses import watched
-from warmlink.orchestration.watch.rows import RowReader
+from warmlink.orchestration.watch.sources.rows import RowReader
+from warmlink.orchestration.watch.state import saved
 from warmlink.orchestration.watch.ticks import Gatherer
 from warmlink.orchestration.watch.watcher import Watcher, twin_of
+from warmlink.orchestration.watch.watching import STATE
 
 Array = NDArray[np.float64]
 
@@ -106,11 +110,11 @@ def demands(seed: int, day: int) -> list[Demand]:
     return [*found, Demand(max(DAY - lasted, 60.0))]
 
 
-def rows_of(run: Run, draw: np.random.Generator, late: float) -> Array:
+def rows_of(run: Run, draw: np.random.Generator, late: float, spacing: float = _SPACING) -> Array:
     """Rows as a logger writes them, in the units of `HEADERS`; readings come late by some s."""
     machine, lasting = run.machine, len(run.rows) * STEP
     began = (run.steps - len(run.rows)) * STEP
-    times = np.cumsum(draw.uniform(0.5, 1.5, int(lasting / _SPACING * 1.1)) * _SPACING)
+    times = np.cumsum(draw.uniform(0.5, 1.5, int(lasting / spacing * 1.1)) * spacing)
     times = times[times < lasting]
     steps, at = STEP * np.arange(len(run.rows) + 1), (times / STEP).astype(int)
     seen = np.clip(times - late, 0.0, None)
@@ -225,18 +229,40 @@ def faulty(
     return found, names
 
 
+def machines_per_core(hours: float = 2.0) -> float:
+    """How many machines that log each second one core can watch, the state of each written every minute."""
+    cell = WatchedCell.made(1, 4 / 24, 1 / 30)
+    for _ in cell.works([Demand(1800, 3.0, 2.0), Demand(900)] * 6):
+        pass
+    cell.run = cell.machine.run([Demand(1800, 3.0, 2.0), Demand(1800)] * int(hours), 1, Room(), cell.run)
+    rows = rows_of(cell.run, cell.draw, 0.0, spacing=1.0).tolist()
+    assert cell.watcher.test is not None
+    with TemporaryDirectory() as folder:
+        begun = process_time()
+        for k, row in enumerate(rows):
+            read = cell.reader.read(row)
+            for tick in cell.gatherer.add(read) if read else ():
+                for _ in cell.watcher.add(tick):
+                    pass
+            if k % 60 == 0:
+                saved(Path(folder) / STATE, {}, cell.watcher, cell.gatherer, {})
+        return len(rows) / (process_time() - begun)
+
+
 def main() -> None:
-    """Print false alarms by seed, then the table of faults."""
+    """Print false alarms by seed, then the table of faults; or the rate."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--seeds", type=int, default=3, help="machines")
     options.add_argument("--first", type=int, default=1, help="seed of the first machine")
-    options.add_argument(
-        "--days", type=int, default=30, help="sound days after the part that is declared sound"
-    )
-    options.add_argument("--known", type=int, default=5, help="days that are declared sound")
+    options.add_argument("--days", type=int, default=30, help="sound days after those declared sound")
+    options.add_argument("--known", type=int, default=3, help="days that are declared sound")
     options.add_argument("--tick", type=float, default=120.0, help="s of the log that are judged at once")
     options.add_argument("--hours", type=float, default=36.0, help="hours in which a fault may be found")
+    options.add_argument("--rate", action="store_true", help="how many machines a core watches, alone")
     given = options.parse_args()
+    if given.rate:
+        print(f"{machines_per_core():.0f} machines that log each second, on one core")
+        return
     rows: dict[str, list[tuple[float | None, list[tuple[str, ...]]]]] = {name: [] for name in FAULTS}
     false = Counter[int]()
     for seed in range(given.first, given.first + given.seeds):
@@ -254,11 +280,8 @@ def main() -> None:
             if each["alarm"] and "again" not in each:
                 false[seed] += 1
                 print(seed, "false alarm", f"{each['time_s'] / DAY:.2f} d", each["told"], flush=True)
-        print(
-            seed,
-            f"{false[seed]} false alarms in {given.days} days; {process_time() - begun:.0f} s",
-            flush=True,
-        )
+        took = f"{process_time() - begun:.0f} s"
+        print(seed, f"{false[seed]} false alarms in {given.days} days; {took}", flush=True)
     print(f"\nfalse alarms: {false.total()} in {given.seeds} x {given.days} days")
     for name, fault in FAULTS.items():
         print(_line(name, fault, rows[name]))

@@ -156,8 +156,7 @@ def _house(folder: Path) -> None:
     shown = pd.DataFrame(
         {
             "time [h]": hours,
-            # Heat goes by the square of the current through 1 kohm: the owner's unit is about 100 W.
-            "heating [A]": (0.1 * table["Ph"].to_numpy()) ** 0.5,
+            "heating [W]": 100 * table["Ph"].to_numpy(),  # of about 100 W is the owner's unit
             "outside [degC]": table["Ta"].to_numpy(),
             "room [degC]": table["Ti"].to_numpy(),
             "radiators [degC]": table["Th"].to_numpy(),
@@ -179,18 +178,25 @@ data = "first.csv"
 data = "later.csv"
 heldout = true
 [channels]
-"heating [A]" = "motor.current"
+"heating [W]" = "heating.power"
 "outside [degC]" = "motor.ambient_temperature"
 "room [degC]" = "motor.shaft_temperature"
 "radiators [degC]" = "motor.winding_temperature"
+[term.heating]
+heat = "share * power"
+into = "winding"
+inputs = { power = "0 W" }
+parameters = { share = 1 }
 [known]
+"motor.speed" = "0 rad/s"
+"motor.torque" = "0 N*m"
 "motor.coulomb_friction" = "0 N*m"
 "motor.viscous_friction" = "0 N*m*s/rad"
 "motor.iron_loss_coefficient" = "0 W*s**2/rad**2"
 "motor.joint_conductance" = "0 W/K"
 "motor.winding_temperature_coefficient" = "0 1/K"
 [calibrate]
-"motor.winding_resistance" = { min = "10 ohm", max = "10000 ohm", start = "1000 ohm" }
+"heating.share" = { min = 0.01, max = 10, start = 1 }
 "motor.winding_heat_capacity" = { min = "1e4 J/K", max = "1e7 J/K", start = "2e5 J/K" }
 "motor.shaft_heat_capacity" = { min = "1e5 J/K", max = "1e9 J/K", start = "1e7 J/K" }
 "motor.winding_conductance" = { min = "1 W/K", max = "1000 W/K", start = "60 W/K" }

@@ -243,16 +243,18 @@ def reported(
     p: Record,
     taught: Number = 0.0,
     watched: Number = 0.0,
+    left: Number = 0.0,
 ) -> dict[str, Number]:
     """The outputs, from the filter's elongation, its derivative (`row`) and the camera's evidence.
 
     By how much a bound holds the correction off that elongation, it may be wrong.
 
-    While a camera is followed (1) it shows what no thermometer does; else (0) that counts too.
+    While a camera is followed (1) it shows what no thermometer does; else (0) that counts too. `left` is the
+    error in m, beyond noise, that it last saw.
     """
     variance = believed_variance(filters.quiet, filters.alert, row, x.evidence, taught)
     variance = variance + p.model_std**2 + (estimate - x.elongation) ** 2
-    variance = variance + (1.0 - watched) * _unseen(x, filters.quiet.mean, p)
+    variance = variance + (1.0 - watched) * _unseen(x, filters.quiet.mean, p) + watched * left**2
     reported = fail_safe.reported(x, variance**0.5, p, x.distrusted)
     return reported | {
         "retained": retained.kept(x, filters.quiet.mean),

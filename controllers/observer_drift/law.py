@@ -15,6 +15,7 @@ from functools import partial
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
+from warmlink.controllers.interface import SIGMAS
 from warmlink.controllers.kalman import Belief, CrossCovariance, cross_covariance, gain_of, updated_in_part
 from warmlink.controllers.matrices import dot
 from warmlink.controllers.observer import law as observer
@@ -124,7 +125,8 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     mean = filters.quiet.mean
     row = elongation_row(mean, p)
     followed = watching(camera, p) * (1.0 - camera.out)
-    return observer.reported(x, filters, elongation(mean, p), row, p, camera.evidence, followed)
+    left = maximum(absolute(camera.last) - SIGMAS * p.camera_std, 0.0)
+    return observer.reported(x, filters, elongation(mean, p), row, p, camera.evidence, followed, left)
 
 
 def update_from_camera(

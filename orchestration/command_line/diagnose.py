@@ -67,7 +67,7 @@ def diagnose(
     calibrate_only : Fit what the experiment calibrates, and look for no causes.
     discover : Look for an equation of the heat that the model lacks: where it enters, its terms with units
         and intervals; or that none earns its place. Default: where no cause is established.
-    check : Show how the files are understood, without a diagnosis.
+    check : Show how the files are understood, and what looks wrong in them, without a diagnosis.
     out : Folder for results. Default: out/RUN/diagnose, or out/RUN+NEXT/diagnose for two runs.
     """
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file

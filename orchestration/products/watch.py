@@ -18,7 +18,6 @@ from warmlink.orchestration.diagnosis.data.inputs import of_scenario
 from warmlink.orchestration.files import locked_folder
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.heat_paths import rig_of
-from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.scenarios.overrides import start_value
 from warmlink.orchestration.watch.law import WatchedLaw, law_named
 from warmlink.orchestration.watch.offers import Design
@@ -139,7 +138,6 @@ def watching(
     }
     with ExitStack() as stack:
         stack.enter_context(locked_folder(folder))
-        show = stack.enter_context(spinner("Watching"))
         rows = opened(source, not until_end, Watching.begin_of(folder), mapping)
         stack.callback(rows.close)
         work = Watching(
@@ -158,7 +156,6 @@ def watching(
             ),
             folder,
             write_watch,
-            show,
         )
         work.restore()
         if serve:

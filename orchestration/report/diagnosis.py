@@ -62,6 +62,7 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
     title, lead, *lines = summary_with(diagnosis, equation).splitlines()
     remarks = "\n".join(diagnosis.remarks)
     nearest = " (the nearest causes, none of which explains it)" if diagnosis.verdict == "unknown" else ""
+    nearest = " (that with the equation)" if diagnosis.delivered == EQUATION else nearest
     by_equation, leads = ([], False) if equation is None else (equation_sections(equation), equation.leads)
     sections = [
         Section("In short", "\n".join(lines), warning=_growing(diagnosis)),

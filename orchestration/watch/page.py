@@ -12,6 +12,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.report.page import rendered
 from warmlink.orchestration.system.units import ZERO_CELSIUS
+from warmlink.orchestration.watch.watcher import SHOWN
 from warmlink.orchestration.watch.watching import Watching
 
 PAGE = "watch.html"
@@ -19,8 +20,8 @@ PAGE = "watch.html"
 _SECONDS = 10
 """s after which the page loads itself anew."""
 
-_MOST_ALARMS, _HOUR = 20, 60
-"""Alarms that are listed, and ticks of the last hour."""
+_MOST_ALARMS, _HOUR = 20, 3600.0
+"""Alarms that are listed, and s of the log that readings are shown of."""
 
 _EPOCH = 1e9
 """s from which on times count since 1970."""
@@ -120,7 +121,9 @@ def _plots(watching: Watching) -> list[Plot]:
         )
     )
     names, rig = watcher.machine.names, watcher.machine.rig
-    last = list(watcher.moments)[-_HOUR:]
+    since = watcher.moments[-1].time - _HOUR
+    last = [each for each in watcher.moments if each.time > since][-SHOWN:]
+    span = (last[-1].time - last[0].time) / 60
     time = np.array([each.time for each in last])
     for i, output in enumerate(watcher.machine.outputs):
         kelvin = rig.unit(output) == "K"
@@ -130,7 +133,7 @@ def _plots(watching: Watching) -> list[Plot]:
         )
         band = np.nan_to_num(3 * sigma) * scale
         read, expected = scale * (read - shift), scale * (expected - shift)
-        text = f"Last hour in {unit}: read (red) and expected (blue, with 3 sigma)"
+        text = f"Last {span:.0f} min in {unit}: read (red) and expected (blue, with 3 sigma)"
         lines = [("line", expected), ("read", read)]
         found.append(_plot(names[output], text, time, lines, band=(expected - band, expected + band)))
     return found

@@ -127,14 +127,15 @@ def worked_out(lean: Array, weight: Array, rate: float, day: float, seed: int = 
     per_machine += begin
     # Blocks keep how alike neighbours are; but a sum over less than a block takes no value that was not seen.
     # Single ticks do not, and their sums take all others.
-    in_blocks, singly = (
+    both = [
         _peaks(memories, lean, weight, _drawn(draw, ticks, each, blocks, per_machine), factor, begin)
         for each in (length, 1)
-    )
-    made_up = len(in_blocks) * APART
+    ]
+    made_up = len(both[0]) * APART
     expected = rate * made_up / day
-    sizes = np.maximum(-np.sort(-in_blocks, axis=0)[: max(int(expected), _FEWEST_SEEN)][-1], _LEAST_SIZE)
-    threshold = max(_level(np.max(each / sizes, axis=(1, 2)), expected) for each in (in_blocks, singly))
+    rank = max(int(expected), _FEWEST_SEEN) - 1
+    sizes = np.maximum(np.max([-np.sort(-each, axis=0)[rank] for each in both], axis=0), _LEAST_SIZE)
+    threshold = max(_level(np.max(each / sizes, axis=(1, 2)), expected) for each in both)
     return Limits(memories, sizes, threshold, rate, blocks, made_up / day, expected < _FEWEST_SEEN)
 
 

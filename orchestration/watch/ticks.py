@@ -18,7 +18,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.model.simulation import input_table
 from warmlink.orchestration.machine.rig import Rig
-from warmlink.orchestration.watch.rows import LoggedRow
+from warmlink.orchestration.watch.sources.rows import LoggedRow
 
 TICK = 60.0
 """s of the log in one tick, unless the user says otherwise."""

@@ -12,7 +12,7 @@ import numpy as np
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.progress import Progress, unseen
+from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.watch.hypotheses import CLOCK, LAW, MODEL, THERMOMETER, WatchedMachine
 from warmlink.orchestration.watch.law import LawError
 from warmlink.orchestration.watch.learning import SoundPart, learn, surprise_of
@@ -79,7 +79,6 @@ class Watcher:
     machine: WatchedMachine
     sound: float
     rate: float
-    progress: Progress = unseen
     law: LawError | None = None
     explained: Sequence[Explanation] = ()
     learnt: SoundPart | None = None
@@ -140,7 +139,8 @@ class Watcher:
                 f"{given}: holds only {len(self.opening)} ticks of {self.machine.tick:g} s with "
                 f"rows; the noise and the thresholds need at least {least:.2g} h"
             )
-        self.learnt = learn(self.machine, self.opening, self.progress)
+        with spinner("Learning from the sound part") as progress:
+            self.learnt = learn(self.machine, self.opening, progress)
         errors = None if self.law is None else self.law.learn()
         lean, weight = self._tested(self.learnt.lean, self.learnt.weight, self.learnt.surprise, errors)
         self.limits = worked_out(lean[SETTLED:], weight[SETTLED:], self.rate, 86400 / self.machine.tick)

@@ -13,12 +13,11 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.machine.rig import Rig
-from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.watch.hypotheses import watched
 from warmlink.orchestration.watch.law import WatchedLaw, law_error
 from warmlink.orchestration.watch.offers import Design, write_offer
-from warmlink.orchestration.watch.rows import Cells, RowReader
 from warmlink.orchestration.watch.sources.protocol import FilePlace, Source
+from warmlink.orchestration.watch.sources.rows import Cells, RowReader
 from warmlink.orchestration.watch.state import restored, saved
 from warmlink.orchestration.watch.ticks import TICK, Gatherer, Tick
 from warmlink.orchestration.watch.watcher import Watcher
@@ -103,7 +102,6 @@ class Watching:
     asked: WatchOptions
     folder: Path
     show: Show
-    progress: Progress = unseen
     events: list[dict[str, Any]] = field(default_factory=list)
     rows: int = 0
     _journal: TextIO | None = None
@@ -115,7 +113,7 @@ class Watching:
         reader = self.reader
         machine = watched(asked.rig, asked.known, reader.inputs, reader.readings, reader.names, asked.tick)
         law = law_error(asked.law, asked.rig, reader.readings, reader.has_correction, asked.tick)
-        self.watcher = Watcher(machine, asked.sound, asked.rate, self.progress, law)
+        self.watcher = Watcher(machine, asked.sound, asked.rate, law)
         self.gatherer = Gatherer(asked.rig, asked.known, reader.readings, asked.tick)
         self._due = self._shown = 0.0
         self._paced: float | None = None

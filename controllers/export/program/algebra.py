@@ -128,6 +128,8 @@ def _simplified(kind: str, of: list[Noted], shape: tuple[int, ...]) -> Noted | N
     if kind == "not" and a.kind == "not":
         return a.of[0]
     if kind in ("and", "or"):
+        if a is b:
+            return a
         for one, other in ((a, b), (b, a)):
             if one.kind == "constant" and one.shape == ():
                 return other if bool(one.data) is (kind == "and") else _known(kind == "or", shape)

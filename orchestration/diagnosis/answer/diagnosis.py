@@ -244,13 +244,11 @@ class Diagnosis:
         wander, asked = self.assessment.fitter.wander, bool(self.experiment.calibrated)
         return Delivery(self.scores, wander, self.models, self._gated[0], asked)
 
-    def with_equations(self, equations: tuple[Predicted, ...], told_apart: bool) -> Diagnosis:
-        """The same with models that have an equation for missing heat; what they cannot change stays."""
-        found = replace(self)
+    def with_delivery(self, delivery: Delivery, left: Mapping[str, Wrong]) -> Diagnosis:
+        """The same with another delivery, whose model gets wrong what is `left`; what cannot change stays."""
         stale = ("_refused", "feed_forward", "observer", "claims", "unanswered", "remarks")
-        kept = {name: held for name, held in self.__dict__.items() if name not in stale}
-        delivery = self.delivery.with_equations(equations, told_apart)
-        found.__dict__.update({**kept, "delivery": delivery})
+        found, kept = replace(self), {n: held for n, held in self.__dict__.items() if n not in stale}
+        found.__dict__.update({**kept, "delivery": delivery, "remaining": left})
         return found
 
     @property
@@ -298,7 +296,7 @@ class Diagnosis:
     def _claims(self) -> tuple[Claim, ...]:
         by_causes = self.members if self.verdict == "ambiguous" else ()
         alike = self.delivery.equations[1:] if self.delivered == EQUATION else by_causes
-        left = self.remaining if self.causes else self.wrong
+        left = self.remaining if self.causes or self.delivered == EQUATION else self.wrong
         return claims(self.experiment, self.assessment, (self.adopted, *alike), left)
 
     @cached_property

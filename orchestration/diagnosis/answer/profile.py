@@ -90,12 +90,20 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
             alike=tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),
         )
         for i, freed in enumerate(fit.freed)
-        if (freed.calibrated or calibrated) and not freed.added and freed.variable in rig.variables
+        if (freed.calibrated or calibrated) and not _is_start(freed) and freed.variable in rig.variables
     ]
 
 
+def _is_start(freed: FreeNumber) -> bool:
+    """Whether it is what a run's start is off by."""
+    return freed.calibrated and freed.added
+
+
 def _at_bound(freed: FreeNumber, value: float) -> bool:
+    """Whether it lies on a bound; what is usually at one, as a resistance that is not there, says nothing."""
     bounds = (freed.lower, freed.upper)
+    if not freed.calibrated and abs(value - freed.start) <= _ON_BOUND * freed.span:
+        return False
     return any(abs(value - each) <= _ON_BOUND * min(abs(each) or freed.span, freed.span) for each in bounds)
 
 

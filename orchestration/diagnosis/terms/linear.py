@@ -23,7 +23,7 @@ _MOST_STEPS, _SHORTEST = 8, 0.1
 _SMALL = 0.1
 """Decrease of chi-square that is worth no further step."""
 
-_SAME, _AGREES = 4.0, 1e-3
+_SAME, _AGREES = 1.0, 1e-4
 """Chi-square between what two models say below which nothing tells them apart, and the share of what one says
 below which the other agrees with it."""
 

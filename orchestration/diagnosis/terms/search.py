@@ -34,10 +34,12 @@ _FULL = (12, 6, 4)
 """Models of one, two and three terms that are fitted in the whole simulation, at most."""
 
 _SLACK, _SHARE, _SWITCHED = 6.0, 0.006, 40.0
-"""Chi-square, and share of the best one's gain, by which a linear score may be off; and that of a switch.
+"""Chi-square, and share of the best one's gain, by which two linear scores may be off against each other; and
+that of a switch, which leaps with its input at some time between two rows."""
 
-A switch leaps with its input, at some time between two rows.
-"""
+_FAR, _OFF = 0.05, 0.3
+"""Share of its gain by which a linear score may be off by itself, as heat moves a machine from where it was
+linearised; and the share of what the best one is off by, by which others may be off against it."""
 
 _STRONGEST = 1e3
 """W from which a strength is no heat of a machine, but a shape that vanishes where the run was."""
@@ -133,7 +135,7 @@ class TermSearch:
             if not sets or self._linear_score(sets[0]) >= best:
                 break
             best = self._linear_score(sets[0])
-            if best < bar + self._slack(best):
+            if best < bar + _SLACK + _FAR * max(self.bare_score - best, 0.0):
                 self._simulate(sets, _FULL[terms - 1])
             if self.explaining:
                 break
@@ -142,10 +144,6 @@ class TermSearch:
 
     def _linear_score(self, fit: LinearFit) -> float:
         return fit.chi2 + self.price(fit.numbers, len(fit.candidates))
-
-    def _slack(self, score: float) -> float:
-        """What a linear score may be off by."""
-        return _SLACK + _SHARE * max(self.bare_score - score, 0.0)
 
     def _screened(self, sets: Sequence[LinearFit], most: int) -> list[LinearFit]:
         """The most promising models of one term more, with their shapes fitted, best first."""
@@ -174,26 +172,36 @@ class TermSearch:
                 yield kept.chi2 - float(gain[i]) + price, some
 
     def _simulate(self, ranked: Sequence[LinearFit], most: int) -> None:
-        """Fit what comes near the best in the whole simulation, unless the best is far from explaining."""
-        first: Modelled | None = None
-        near = self._near(ranked)[:most]
-        for k, each in enumerate(near):
-            self._progress(f"terms: {' + '.join(c.form.about for c in each.candidates)}", k / len(near))
-            try:
-                like = None if each.switches else first
-                found = self._keep(fitted(self.assessment, self._chosen(each), like))
-            except NotSimulatedError:
-                continue
-            first = first or found.model
-            if found.model is first and found.chance < _HOPELESS:
-                break
+        """Fit the best model in the whole simulation, and what comes near it.
 
-    def _near(self, ranked: Sequence[LinearFit]) -> list[LinearFit]:
+        What that one is off by tells how far the linear answers hold; those near a best one that is far from
+        explaining the run are left alone.
+        """
+        first = self._simulated(ranked[0], None)
+        second = self._simulated(ranked[1], first) if len(ranked) > 1 and _is_hopeless(first) else first
+        if _is_hopeless(first) and _is_hopeless(second):
+            return
+        off = 0.0 if first is None else abs(first.score - self._linear_score(ranked[0]))
+        near = [each for each in self._near(ranked, _OFF * off)[:most] if each is not ranked[0]]
+        for k, each in enumerate(near, start=1):
+            self._progress(f"terms: {' + '.join(c.form.about for c in each.candidates)}", k / (len(near) + 1))
+            self._simulated(each, first)
+
+    def _simulated(self, fit: LinearFit, like: FittedTerms | None) -> FittedTerms | None:
+        """A model fitted in the whole simulation, like another one; None if that cannot be simulated."""
+        beside = None if like is None or fit.switches else like.model
+        try:
+            return self._keep(fitted(self.assessment, self._chosen(fit), beside))
+        except NotSimulatedError:
+            return None
+
+    def _near(self, ranked: Sequence[LinearFit], more: float) -> list[LinearFit]:
         """Models that may be as good as the best, but for those that say the same as one of fewer numbers."""
         least = self._linear_score(ranked[0])
+        usual = _SLACK + _SHARE * max(self.bare_score - least, 0.0) + more
         found = []
         for each in ranked:
-            slack = self._slack(least) + _SWITCHED * each.switches
+            slack = usual + _SWITCHED * each.switches
             if is_near(self._linear_score(each) - least, each.chi2 - ranked[0].chi2, slack):
                 found.append(each)
         return [found[i] for i in without_idle_numbers(found)]
@@ -208,6 +216,11 @@ class TermSearch:
         tried = FittedTerms(model, score, lack_of_fit_p(model.fitter, model.fit))
         self._kept[model.chosen.key] = tried
         return tried
+
+
+def _is_hopeless(found: FittedTerms | None) -> bool:
+    """Whether a model is far from explaining the run."""
+    return found is None or found.chance < _HOPELESS
 
 
 def heat_of(model: Modelled, missing: Missing, number: int) -> list[Array]:

@@ -15,6 +15,7 @@ from warmlink.orchestration.diagnosis.answer.extension import extended_values
 from warmlink.orchestration.diagnosis.answer.ladder import ladder_lines
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.fit.fitted import what_is_wrong
 from warmlink.orchestration.diagnosis.ladder.delivered import EQUATION
 from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
 from warmlink.orchestration.diagnosis.terms.discovery import Discovery, discover
@@ -128,7 +129,9 @@ def discovered(diagnosis: Diagnosis, progress: Progress = unseen) -> Equation:
     found = searched(diagnosis, progress)
     if found.found:
         equations = tuple(each.predicted for each in found.foretold[:MOST_ALIKE])
-        diagnosis = diagnosis.with_equations(equations, told_apart=not found.causes)
+        delivery, best = diagnosis.delivery.with_equations(equations, not found.causes), found.best.model
+        left = what_is_wrong(best.fitter, best.fit) if delivery.by_equation else diagnosis.remaining
+        diagnosis = diagnosis.with_delivery(delivery, left)
     equation = Equation(diagnosis, found)
     progress("terms: next experiment", 0.95)
     _ = equation.proposed

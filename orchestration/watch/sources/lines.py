@@ -14,8 +14,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.safe_text import of_cell
 from warmlink.orchestration.scenarios.logged.layout import SEPARATORS, split
 from warmlink.orchestration.text_files import demand_file
-from warmlink.orchestration.watch.rows import Cells
 from warmlink.orchestration.watch.sources.protocol import FilePlace
+from warmlink.orchestration.watch.sources.rows import Cells
 
 _CHUNK, _POLL = 1 << 16, 0.2
 """Bytes that are read at once, and s between looks at what has not grown."""

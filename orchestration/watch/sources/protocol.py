@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, Protocol
 
-from warmlink.orchestration.watch.rows import Cells
+from warmlink.orchestration.watch.sources.rows import Cells
 
 
 class FilePlace(NamedTuple):

@@ -10,8 +10,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.watch.rows import Cells
 from warmlink.orchestration.watch.sources.protocol import FilePlace
+from warmlink.orchestration.watch.sources.rows import Cells
 
 _WAITING, _POLL, _AGAIN = 100_000, 0.2, (1.0, 30.0)
 """Rows that may wait, s between looks, and s until a connection is tried again, at first and at most."""

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from tests.built import built
-from tests.controllers.export.iec import of_c
+from tests.controllers.export.iec import hours, of_c
 from tests.controllers.export.iec import run as run_library
 from warmlink.controllers.export.c_files import export_files, header, readme, source
 from warmlink.controllers.export.core import Core, Precision, designed
 from warmlink.controllers.export.vectors import said
 from warmlink.controllers.own import Law, component_of
+from warmlink.controllers.replay import replay
 from warmlink.fmus.component import State
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.orchestration.catalogue import controllers
@@ -222,6 +223,28 @@ def test_after_a_restart_the_c_goes_on_as_the_fmu_does(tmp_path: Path) -> None:
     assert c[100, correction] == pytest.approx(c[99, correction], abs=1e-12)
     np.testing.assert_allclose(c[100:, correction], python[:, correction], rtol=0, atol=1e-12)
     np.testing.assert_array_equal(c[100:, place["ready"]], python[:, place["ready"]])
+
+
+@pytest.mark.platform
+@pytest.mark.parametrize(
+    "law", [pytest.param(n, marks=pytest.mark.slow) if n.startswith("observer") else n for n in LAWS]
+)
+def test_it_gives_the_numbers_of_the_fmu_where_duty_and_readings_are_missing(
+    law: str, tmp_path: Path
+) -> None:
+    """A speed of NaN was told apart by the FMU and not by the C."""
+    core = core_of(law, "double")
+    names = core.component.u.index
+    rows = hours(tuple(core.component.u.names), 3600).copy()
+    rows[:, [names["measured_drift"], names["drift_valid"]]] = 0.0
+    rows[1000:1060, names["speed"]] = np.nan
+    rows[2000:2060, names["torque"]] = np.nan
+    c = run_library(of_c(core, tmp_path), rows, core.component.y.size, {})
+    fmu = replay(core.component, rows)
+    place = core.component.y.index
+    np.testing.assert_allclose(c[:, place["correction"]], fmu.correction, rtol=0, atol=1e-12)
+    for flag in ("ready", "distrusted"):
+        np.testing.assert_array_equal(c[:, place[flag]], getattr(fmu, flag))
 
 
 def test_a_law_that_takes_no_missing_reading_is_exported_and_its_readme_says_so(tmp_path: Path) -> None:

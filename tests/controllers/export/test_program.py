@@ -76,6 +76,7 @@ def test_a_flag_is_known_for_one_and_is_a_condition_again() -> None:
         assert (both > 0).kind == "and"
         assert ((1.0 - warm) > 0).kind == "not"
         assert where(warm > 0, 1.0, 0.0) is warm
+        assert warm * warm is warm
 
 
 def test_divisions_are_guarded_unless_nothing_can_make_them_zero() -> None:

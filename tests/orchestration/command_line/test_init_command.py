@@ -5,6 +5,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from warmlink.orchestration.catalogue import load_own_law
@@ -47,6 +48,9 @@ def uncommented(text: str, but: str) -> str:
 def test_what_is_commented_out_can_be_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in KINDS["experiment"][1:]:
         WRITERS[Path(name).suffix](tmp_path / name)
+    for log in tmp_path.glob("*.csv"):
+        table = pd.read_csv(log)
+        table.assign(**{"across [K]": 0.0}).to_csv(log, index=False)
     path = tmp_path / "experiment.toml"
     path.write_text(uncommented(path.read_text("utf-8"), "T_next"))
     found = read_experiment(path)

@@ -21,7 +21,7 @@ def test_vectors_become_elements() -> None:
 
 
 def test_a_parameter_set_holds_values_and_units(tmp_path: Path) -> None:
-    write_law_values("lag", {"gain": 2e-6, "time_constant": 900.0}, tmp_path / "law.ssv", "lag")
+    write_law_values("lag", {"gain": 2e-6, "time_constant": 900.0}, tmp_path / "law.ssv", "lag", "a bench")
     found = read_ssv(tmp_path / "law.ssv")
     assert {name: each.value for name, each in found.items()} == {"gain": 2e-6, "time_constant": 900.0}
     assert {name: each.unit.name for name, each in found.items() if each.unit} == {
@@ -33,4 +33,4 @@ def test_a_parameter_set_holds_values_and_units(tmp_path: Path) -> None:
 def test_a_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
     (tmp_path / "none").write_text("a file, and no folder", "utf-8")
     with pytest.raises(InputError, match=r"law\.ssv: cannot be written .*choose another `out`"):
-        write_law_values("lag", {"gain": 2e-6}, tmp_path / "none" / "law.ssv", "lag")
+        write_law_values("lag", {"gain": 2e-6}, tmp_path / "none" / "law.ssv", "lag", "a bench")

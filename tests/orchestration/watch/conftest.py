@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,10 @@ import pytest
 
 from benchmarks.strange_machine import Demand, Machine, Room
 from benchmarks.watch import HEADERS, WatchedCell, rows_of
+from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.machine.heat_paths import rig_of
+from warmlink.orchestration.watch.sources.protocol import Source
+from warmlink.orchestration.watch.sources.rows import LoggedRow, RowReader
 
 SOUND, SLIPS, HOURS = 4.0, 4.8, 5.6
 """h that are declared sound, after which a thermometer slips by 3 K, and that the log lasts."""
@@ -53,3 +59,26 @@ def sound_cell(table: np.ndarray) -> tuple[WatchedCell, np.ndarray]:
             list(cell.watcher.add(tick))
     assert cell.watcher.limits is not None
     return cell, table[until:]
+
+
+ROWS = 40
+
+
+def read(source: Source, count: int = ROWS, enough: Callable[[], bool] = lambda: False) -> list[str]:
+    """So many rows of a source in SI, as text."""
+    reader = RowReader(source.name, source.headers, rig_of("WarmupCell"), ReadOptions(), source.comma)
+    found: list[LoggedRow | None] = []
+    give_up = time.monotonic() + 20
+    for cells in source.rows():
+        if cells is not None:
+            found.append(reader.read(cells))
+        if len(found) >= count or enough() or time.monotonic() > give_up:
+            break
+    source.close()
+    return [repr(each) for each in found]
+
+
+@pytest.fixture(scope="session")
+def expected(table: np.ndarray) -> list[str]:
+    reader = RowReader("table", HEADERS, rig_of("WarmupCell"), ReadOptions())
+    return [repr(reader.read(row)) for row in table[:ROWS].tolist()]

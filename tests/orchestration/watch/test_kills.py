@@ -19,9 +19,9 @@ from tests.orchestration.watch.conftest import SOUND, lines_of
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.page import write_watch
-from warmlink.orchestration.watch.rows import Cells
 from warmlink.orchestration.watch.sources.lines import LinesSource
 from warmlink.orchestration.watch.sources.protocol import Source
+from warmlink.orchestration.watch.sources.rows import Cells
 from warmlink.orchestration.watch.state import saved
 from warmlink.orchestration.watch.watching import ALARMS, JOURNAL, STATE, Watching, WatchOptions
 

@@ -12,7 +12,7 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
-from warmlink.orchestration.watch.rows import LoggedRow, RowReader
+from warmlink.orchestration.watch.sources.rows import LoggedRow, RowReader
 from warmlink.orchestration.watch.ticks import Gatherer, Tick
 
 HEADERS = ["time [s]", "speed [rad/s]", "torque [N.m]", "ambient_temperature [degC]", "T_base [degC]"]

@@ -2,58 +2,23 @@
 
 from __future__ import annotations
 
-import asyncio
 import io
-import json
-import os
-import shutil
-import socket
-import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks.watch import HEADERS
-from tests.orchestration.watch.conftest import lines_of
+from tests.orchestration.watch.conftest import ROWS, lines_of, read
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
-from warmlink.orchestration.watch.rows import LoggedRow, RowReader
 from warmlink.orchestration.watch.sources.lines import LinesSource
 from warmlink.orchestration.watch.sources.mapping import read_mapping
-from warmlink.orchestration.watch.sources.opcua import OpcuaSource
 from warmlink.orchestration.watch.sources.opening import opened
-from warmlink.orchestration.watch.sources.protocol import Source
-from warmlink.orchestration.watch.sources.served import ServedSource
-
-ROWS = 40
-
-
-def read(source: Source, count: int = ROWS, enough: Callable[[], bool] = lambda: False) -> list[str]:
-    """So many rows of a source in SI, as text."""
-    reader = RowReader(source.name, source.headers, rig_of("WarmupCell"), ReadOptions(), source.comma)
-    found: list[LoggedRow | None] = []
-    give_up = time.monotonic() + 20
-    for cells in source.rows():
-        if cells is not None:
-            found.append(reader.read(cells))
-        if len(found) >= count or enough() or time.monotonic() > give_up:
-            break
-    source.close()
-    return [repr(each) for each in found]
-
-
-@pytest.fixture(scope="module")
-def expected(table: np.ndarray) -> list[str]:
-    reader = RowReader("table", HEADERS, rig_of("WarmupCell"), ReadOptions())
-    return [repr(reader.read(row)) for row in table[:ROWS].tolist()]
+from warmlink.orchestration.watch.sources.rows import RowReader
 
 
 def test_a_file(log: Path, expected: list[str]) -> None:
@@ -162,174 +127,3 @@ def test_the_mapping_of_the_page_is_read(tmp_path: Path) -> None:
     assert columns["shaft_temperature [degC]"] == "joint.temperatures.shaft"
     reader = RowReader("page", list(columns), rig_of("WarmupCell"), ReadOptions())
     assert len(reader.inputs) == 3
-
-
-def free_port() -> int:
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
-
-
-@contextmanager
-def broker(folder: Path, port: int) -> Iterator[subprocess.Popen[bytes]]:
-    """A mosquitto of our own, or the test is skipped."""
-    program = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin")
-    if program is None:
-        pytest.skip("mosquitto is not installed")
-    settings = folder / "mosquitto.conf"
-    settings.write_text(
-        f"listener {port} 127.0.0.1\nallow_anonymous true\npersistence true\n"
-        f"persistence_location {folder}/\nautosave_interval 1\nmax_queued_messages 0\n"
-        f"user {os.environ.get('USER', 'root')}\n"
-    )
-    running = subprocess.Popen(
-        [program, "-c", settings], stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL
-    )
-    try:
-        for _ in range(200):
-            with socket.socket() as tried:
-                if tried.connect_ex(("127.0.0.1", port)) == 0:
-                    break
-            time.sleep(0.02)
-        yield running
-    finally:
-        running.terminate()
-        running.wait()
-
-
-def published(port: int, rows: list[dict[str, Any]]) -> None:
-    """Publish rows, each a message."""
-    aiomqtt = pytest.importorskip("aiomqtt", reason="aiomqtt is not installed")
-
-    async def publish() -> None:
-        async with aiomqtt.Client("127.0.0.1", port) as client:
-            for row in rows:
-                await client.publish("cell/joint", json.dumps(row), qos=1)
-
-    asyncio.run(publish())
-
-
-def test_mqtt_with_a_mapping(table: np.ndarray, expected: list[str], tmp_path: Path) -> None:
-    pytest.importorskip("aiomqtt", reason="aiomqtt is not installed")
-    mapping = tmp_path / "mapping.toml"
-    lines = [f'"{header}" = "cell.v{i}"' for i, header in enumerate(HEADERS)]
-    mapping.write_text("[columns]\n" + "\n".join(lines) + "\n")
-    rows = [{"cell": {f"v{i}": v for i, v in enumerate(row)}, "more": [1]} for row in table[:ROWS].tolist()]
-    port = free_port()
-    with broker(tmp_path, port):
-        source = opened(f"mqtt://127.0.0.1:{port}/cell/joint", follow=True, mapping=mapping)
-        published(port, [*rows[:20], *rows[20:]])
-        assert read(source) == expected
-
-
-def test_mqtt_by_its_own_names_and_over_a_broker_that_is_gone_for_a_while(
-    table: np.ndarray, expected: list[str], tmp_path: Path
-) -> None:
-    """The broker keeps what comes while nobody listens, and the source comes back to it by itself."""
-    pytest.importorskip("aiomqtt", reason="aiomqtt is not installed")
-    rows = [dict(zip(HEADERS, row, strict=True)) for row in table[:ROWS].tolist()]
-    port, found = free_port(), list[Any]()
-    with broker(tmp_path, port):
-        waiting = threading.Thread(
-            target=lambda: found.append(opened(f"mqtt://127.0.0.1:{port}/cell/joint", True))
-        )
-        waiting.start()
-        time.sleep(0.3)
-        published(port, rows[:1])
-        waiting.join()
-        published(port, rows[1:10])
-        time.sleep(0.2)
-    with broker(tmp_path, port):
-        time.sleep(1.5)
-        published(port, rows[10:])
-        assert read(found[0]) == expected
-    assert any("lost" in each for each in found[0].told)
-    assert any("connected again" in each for each in found[0].told)
-
-
-class FailingSource(ServedSource):
-    """A server that gives a row and is gone, again and again."""
-
-    headers = HEADERS
-
-    def __init__(self, rows: list[list[float]]) -> None:
-        super().__init__("server")
-        self._left = iter(rows)
-        self.begin()
-
-    async def listen(self) -> None:
-        """Give a row, and lose the connection."""
-        self.stands()
-        if (row := next(self._left, None)) is not None:
-            self.put(row)
-        raise ConnectionResetError("the server is gone")
-
-
-def test_a_thousand_disconnections(table: np.ndarray, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("warmlink.orchestration.watch.sources.served._AGAIN", (0.0, 0.0))
-    rows = [[float(k), *table[0, 1:].tolist()] for k in range(1000)]
-    source = FailingSource(rows)
-    found = []
-    for cells in source.rows():
-        if cells is not None:
-            found.append(cells)
-        if len(found) == len(rows):
-            break
-    source.close()
-    assert found == rows
-    assert 2 < len(source.told) <= 100, "what is told is bounded, whoever listens"
-
-
-@pytest.mark.parametrize("by", ["node", "name"])
-def test_opc_ua(by: str, table: np.ndarray, expected: list[str], tmp_path: Path) -> None:
-    """By node, and by the names along the way that the companion specification for robotics gives."""
-    asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
-    port, ready, over = free_port(), threading.Event(), threading.Event()
-    seen = list[int]()
-
-    async def serve() -> None:
-        server = asyncua.Server()
-        await server.init()
-        server.set_endpoint(f"opc.tcp://127.0.0.1:{port}")
-        space = await server.register_namespace("cell")
-        robot = await server.nodes.objects.add_object(space, "MotionDeviceSystem")
-        motor = await robot.add_object(space, "Motor_1")
-        settings = await motor.add_object(space, "ParameterSet")
-        nodes = [
-            await settings.add_variable(asyncua.ua.NodeId(f"v{i}", space), f"Value{i}", float(value))
-            for i, value in enumerate(table[0])
-        ]
-        async with server:
-            ready.set()
-            for k, row in enumerate(table[:ROWS].tolist()):
-                for node, value in [*zip(nodes[1:], row[1:], strict=True), (nodes[0], row[0])]:
-                    await node.write_value(float(value))
-                for _ in range(400):
-                    if len(seen) > k or over.is_set():
-                        break
-                    await asyncio.sleep(0.005)
-            while not over.is_set():
-                await asyncio.sleep(0.02)
-
-    server = threading.Thread(target=lambda: asyncio.run(serve()))
-    server.start()
-    try:
-        assert ready.wait(60)
-        mapping = tmp_path / "nodes.toml"
-        names = {"node": "ns=2;s=v{}", "name": "Motor_1/Value{}"}[by]
-        mapping.write_text(
-            "[columns]\n" + "\n".join(f'"{h}" = "{names.format(i)}"' for i, h in enumerate(HEADERS))
-        )
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("warmlink.orchestration.watch.sources.opcua.PERIOD", 0.005)
-            take = OpcuaSource.put
-            patch.setattr(OpcuaSource, "put", lambda source, cells: (take(source, cells), seen.append(1)))
-            found = read(opened(f"opc.tcp://127.0.0.1:{port}", follow=True, mapping=mapping))
-        assert found == expected
-        wrong = tmp_path / "wrong.toml"
-        wrong.write_text('[columns]\n"base_temperature [degC]" = "Motor_9/MotorTemperature"\n')
-        with pytest.raises(InputError, match="no node is called so"):
-            opened(f"opc.tcp://127.0.0.1:{port}", follow=True, mapping=wrong)
-    finally:
-        over.set()
-        server.join()

@@ -8,6 +8,8 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis import diagnose
+from warmlink.orchestration.diagnosis.answer import diagnosis as answer
+from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.doubtful import doubts, unchanging_inputs
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
@@ -141,3 +143,13 @@ def test_what_cannot_be_simulated_is_refused_with_the_column_that_is_to_blame(
         diagnose_experiment(wrong)
     with pytest.raises(InputError, match=r"not finite$"):
         diagnose_experiment(experiment(tmp_path, sound))
+
+
+def test_no_cause_is_empirical_while_a_column_looks_like_something_else(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found = object.__new__(Diagnosis)
+    found.__dict__.update(assessment=None, _gated=("empirical", "it predicts better"))
+    monkeypatch.setattr(answer, "doubts_of", lambda assessment: ("base and tip look swapped",))
+    assert found.verdict_and_reason[0] == "unknown"
+    assert "a column looks like something else" in found.verdict_and_reason[1]

@@ -16,7 +16,7 @@ from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, _
 
 def problem(growth: dict[str, float], measured: tuple[str, ...]) -> Any:
     machine = SimpleNamespace(name="Gantry", growth=growth)
-    rig = SimpleNamespace(machine=machine)
+    rig = SimpleNamespace(machine=machine, unit=lambda name: "m" if "elongation" in name else "K")
     return cast(Any, SimpleNamespace(experiment=SimpleNamespace(rig=rig), variables=measured))
 
 
@@ -30,12 +30,15 @@ def test_growth_is_the_weighted_sum_of_what_was_measured() -> None:
 
 def test_growth_that_nothing_says_or_nobody_measured_is_refused_and_noted() -> None:
     refused = Refusals()
-    assert refused.asked("claims", lambda: growth_of(problem({}, ("t",)))) is None
-    assert refused.asked("observer", lambda: growth_of(problem({"x.elongation": 1.0}, ("t",)))) is None
+    assert refused.asked("claims", lambda: growth_of(problem({}, ("x.elongation",)))) is None
+    other = problem({"x.elongation": 1.0}, ("y.elongation",))
+    assert refused.asked("observer", lambda: growth_of(other)) is None
+    assert refused.asked("feed_forward", lambda: growth_of(problem({}, ("t",)))) is None
     assert refused.asked("next", lambda: 7) == 7
     assert "nothing says which growth" in refused["claims"]
     assert "nobody measured x.elongation" in refused["observer"]
-    assert refused.keys() == {"claims", "observer"}
+    assert "no growth was measured" in refused["feed_forward"]
+    assert refused.keys() == {"claims", "observer", "feed_forward"}
     with pytest.raises(ZeroDivisionError):
         refused.asked("a fault of ours", lambda: 1 // 0)
 

@@ -1,12 +1,15 @@
 """Plain fits find what they are made for, held-out rows judge them, and the best model is delivered."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from warmlink.orchestration.diagnosis.fit.wandering import STILL
 from warmlink.orchestration.diagnosis.ladder.baselines import Baseline, baselines
-from warmlink.orchestration.diagnosis.ladder.delivered import chosen
+from warmlink.orchestration.diagnosis.ladder.delivered import Delivery, chosen
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder, Rung
 from warmlink.orchestration.diagnosis.ladder.signals import Signals
 
@@ -176,3 +179,39 @@ def test_nearest_causes_are_delivered_only_by_whole_held_out_runs() -> None:
     assert chosen(end, "unknown", declared=False) == "uncorrected"
     whole = replace(run, fitted=np.ones(400, dtype=bool)), replace(run, fitted=np.zeros(400, dtype=bool))
     assert chosen(replace(end, runs=whole), "unknown", declared=False) == "nearest causes"
+
+
+def with_equation(left: float, told_apart: bool = True) -> Delivery:
+    """A delivery of an uncorrected model that is off by 1, and of an equation that leaves a share of that."""
+    run = made()
+    off = np.ones_like(run.readings) * np.linspace(0.5, 1.5, len(run.readings))[:, None]
+    first = Rung("uncorrected", "simulation", (run.readings + off,), is_model=True)
+    nothing: Any = None
+    before = Delivery(nothing, STILL, {}, "unknown", declared=False)
+    before.__dict__.update(_plainest=Ladder((run,), ("a", "b", "c"), (first,)), _is_off=False, _learnt=None)
+    freed = SimpleNamespace(freed=("term1.a", "term1.b"))
+    equation: Any = SimpleNamespace(readings=(run.readings + left * off,), fit=freed)
+    return before.with_equations((equation,), told_apart)
+
+
+def test_an_equation_is_a_rung_and_delivered_where_it_predicts_best() -> None:
+    delivery = with_equation(0.1)
+    assert [(each.name, each.numbers) for each in delivery.ladder.rungs] == [
+        ("uncorrected", 0),
+        ("with equation", 2),
+    ]
+    assert delivery.name == delivery.model == "with equation"
+    assert delivery.adopted is delivery.equations[0]
+    assert delivery.remainder is None
+
+
+def test_an_equation_that_predicts_worse_is_a_rung_alone() -> None:
+    delivery = with_equation(1.5)
+    assert delivery.ladder.named("with equation").is_model
+    assert delivery.name == delivery.model == "uncorrected"
+
+
+def test_of_two_that_predict_alike_causes_come_first_if_they_explain_the_run_too() -> None:
+    assert with_equation(1.0).name == "with equation"
+    assert with_equation(1.0, told_apart=False).name == "uncorrected"
+    assert with_equation(0.1, told_apart=False).name == "with equation"

@@ -8,6 +8,7 @@ from fmpy import read_model_description, simulate_fmu
 
 from benchmarks.strange_machine import Demand, Machine
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
+from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.report.diagnosis import VIRTUAL, write_diagnosis
 
 
@@ -27,8 +28,8 @@ def test_what_thermometers_tell_of_the_growth_is_written_as_an_fmu_and_holds_on_
         .iloc[::60]
     )
     found = diagnose_experiment(read([log]))
-    write_diagnosis(found, tmp_path)
-    assert (tmp_path / VIRTUAL).is_file()
+    files = write_diagnosis(found, tmp_path / "out", FmuStore("native"))
+    assert VIRTUAL in files
     unseen = (
         machine.run([Demand(3600, 3.0, 2.2, workpiece=0.06), Demand(1800), Demand(3600, 3.6, 2.0)], 2)
         .log()
@@ -37,7 +38,7 @@ def test_what_thermometers_tell_of_the_growth_is_written_as_an_fmu_and_holds_on_
     named = {name.partition(" ")[0]: name for name in unseen}
     taken = [
         each.name
-        for each in read_model_description(str(tmp_path / VIRTUAL)).modelVariables
+        for each in read_model_description(str(files[VIRTUAL])).modelVariables
         if each.causality == "input"
     ]
     assert any(name.endswith("_temperature") and name in named for name in taken)
@@ -53,7 +54,7 @@ def test_what_thermometers_tell_of_the_growth_is_written_as_an_fmu_and_holds_on_
         dtype=[("time", float), *((n, float) for n in taken)],
     )
     told = simulate_fmu(
-        str(tmp_path / VIRTUAL),
+        str(files[VIRTUAL]),
         start_time=rows["time"][0],
         stop_time=rows["time"][-1],
         output_interval=60.0,

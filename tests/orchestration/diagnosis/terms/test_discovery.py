@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.ladder import table_of
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
 from warmlink.orchestration.diagnosis.practice.hidden_terms import hidden_term
@@ -20,9 +21,16 @@ from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.diagnosis.terms import library, search
 from warmlink.orchestration.diagnosis.terms.discovery import _catalogue_score, discover
 from warmlink.orchestration.diagnosis.terms.missing import Missing
-from warmlink.orchestration.diagnosis.terms.words import Equation, content_with, discovered, summary_with
+from warmlink.orchestration.diagnosis.terms.words import (
+    Equation,
+    content_with,
+    discovered,
+    is_due,
+    summary_with,
+)
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import rig_in
+from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.report.diagnosis import write_diagnosis
 from warmlink.orchestration.scenarios.duties.duty import Segment
 from warmlink.orchestration.system.assemble import read_system
@@ -101,6 +109,38 @@ def test_it_predicts_rows_that_were_not_fitted(found: Equation) -> None:
     (foretold,) = found.discovery.foretold
     assert foretold.held_out is not None
     assert foretold.held_out.in_noise < 1.3
+
+
+def test_it_is_the_model_to_use_and_foresees_other_duty_cycles(found: Equation) -> None:
+    diagnosis = found.diagnosis
+    assert found.extends
+    headings, rows = table_of(diagnosis)
+    assert "with equation *" in headings
+    assert rows
+    (continuous,) = [each for each in diagnosis.claims if each.duty == "continuous"]
+    assert continuous.change > 5e-6, "2 W per rad/s warm the link"
+    assert continuous.widest < 0.1 * continuous.largest
+    assert "no equation" in diagnosis.unanswered["observer"]
+
+
+@pytest.mark.parametrize(
+    ("verdict", "asked", "due"),
+    [
+        ("unknown", None, True),
+        ("empirical", None, True),
+        ("named", None, False),
+        ("named", True, True),
+        ("unknown", False, False),
+    ],
+)
+def test_an_equation_is_sought_where_no_cause_is_established(
+    verdict: str, asked: bool | None, due: bool
+) -> None:
+    experiment = SimpleNamespace(rig=rig("WarmupCell"))
+    diagnosis: Any = SimpleNamespace(verdict=verdict, slips=(), experiment=experiment)
+    assert is_due(diagnosis, asked) == due
+    diagnosis.slips = ("torque is reversed",)
+    assert is_due(diagnosis, None) is False
 
 
 def test_it_is_said_with_units_and_intervals(found: Equation) -> None:
