@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 
-from benchmarks.public_files import Seen
+from benchmarks.public_files import SAME, Seen
 
 
 def version(package: str) -> str | None:
@@ -39,7 +39,7 @@ def _reason(said: str) -> str:
     for pattern, reason in _REASONS.items():
         if re.search(pattern, sentence):
             return reason
-    return sentence.removeprefix("warmlink: ").partition(": modelDescription.xml: ")[2] or sentence[10:]
+    return (sentence.partition(": modelDescription.xml: ")[2] or sentence.removeprefix("warmlink: "))[:110]
 
 
 _REASONS = {
@@ -50,7 +50,9 @@ _REASONS = {
     "offers model exchange of FMI 1": "model exchange of FMI 1.0",
     "offers ScheduledExecution": "scheduled execution alone, which FMPy does not run either",
     "lacks its attribute|not a readable zip|declares the variable": "a file that breaks the standard",
-    "open resource file": "its own resource is not in it",
+    "does not load": "its library does not load here",
+    "resource file|fmi3GetInt32 answered error": "its own resource is not in it",
+    "not finite at": "an output is not finite",
 }
 
 
@@ -79,8 +81,9 @@ def files_section(found: Sequence[Seen], root: Path) -> list[str]:
         of_it = [each for each in found if re.sub(r"of \d+ FMUs", "of FMUs", each.kind) == kind]
         ran = [each for each in of_it if not each.outcome.lower().startswith("refused")]
         same = [each for each in ran if each.outcome == "same numbers"]
-        worst = max((each.difference or 0.0 for each in same), default=0.0)
-        lines.append(f"| {kind} | {len(ran)} of {len(of_it)} | {len(same)} | {worst:.1g} |")
+        known = [each.difference for each in same if each.difference is not None]
+        worst = f"{max(known):.1g}" if len(known) == len(same) and known else f"below {SAME:g}"
+        lines.append(f"| {kind} | {len(ran)} of {len(of_it)} | {len(same)} | {worst} |")
     reasons = Counter(_reason(each.said) for each in found if each.outcome.lower().startswith("refused"))
     lines += ["", "| why a file does not run here | files |", "|---|---|"]
     lines += [f"| {reason} | {count} |" for reason, count in reasons.most_common()]

@@ -226,7 +226,7 @@ class Fmi3Slave(FmiSlave):
         self.ask("EnterConfigurationMode")
         super().set(tuple(chosen), list(chosen.values()))
         self.ask("ExitConfigurationMode")
-        for elements in self.info.arrays.values():  # whose start values fitted other sizes
+        for elements in filter(None, self.info.arrays.values()):  # whose start values fitted other sizes
             first = self.variables[elements[0]]
             if first.start is None and first.settable:
                 self._held[first.value_reference][:] = self.get(elements)

@@ -13,10 +13,26 @@ from dataclasses import replace
 from itertools import product
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system import xml
 from warmlink.orchestration.system.model import ModelInfo
 from warmlink.orchestration.system.ssp.net import Edge, Element, Net, Node
 
 _ELEMENT = re.compile(r"(.+)\[(\d+(?:,\d+)*)\]")
+
+
+MOST_ELEMENTS = 100_000
+"""Of one array in an SSP."""
+
+
+def sizes_of_array(texts: Iterable[str], where: str) -> tuple[int, ...]:
+    """Sizes of an array's dimensions; InputError if one is no integer above 0, or they are too many."""
+    sizes = tuple(xml.integer(text, where) for text in texts)
+    for size in sizes:
+        if size < 1:
+            raise InputError(f"{where}: has a dimension of {size} elements; give at least one")
+    if math.prod(sizes) > MOST_ELEMENTS:
+        raise InputError(f"{where}: has {math.prod(sizes)} elements; give at most {MOST_ELEMENTS}")
+    return sizes
 
 
 def element_names(name: str, sizes: Sequence[int]) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from warmlink.orchestration.console import remark_once
 from warmlink.orchestration.files import whole_file
 from warmlink.orchestration.system import xml
 from warmlink.orchestration.system.model import TYPES, Value
-from warmlink.orchestration.system.ssp.arrays import element_names
+from warmlink.orchestration.system.ssp.arrays import element_names, sizes_of_array
 from warmlink.orchestration.system.ssp.net import Edge, Node, ValueMap
 from warmlink.orchestration.system.units import (
     Conversion,
@@ -98,7 +98,7 @@ def _elements(
         )
     meant = named_unit(unit, units, where, remarks) if kind == "Real" else None
     dimensions = entry.findall("{*}Dimension")
-    sizes = [xml.integer(xml.required(each, "size", where), where) for each in dimensions]
+    sizes = sizes_of_array((xml.required(each, "size", where) for each in dimensions), where)
     names, texts = element_names(name, sizes), [each.get("value", "") for each in typed[0]]
     if not texts:
         text = xml.required(typed[0], "value", where)

@@ -14,7 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import listed
 from warmlink.orchestration.system import archive, xml
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Connector, DefaultExperiment, Implementation
-from warmlink.orchestration.system.ssp.arrays import element_of, mapped_elements
+from warmlink.orchestration.system.ssp.arrays import element_of, mapped_elements, sizes_of_array
 from warmlink.orchestration.system.ssp.net import Edge, Element, Net, Node, Path
 from warmlink.orchestration.system.ssp.parameter_values import (
     parameter_mapping,
@@ -153,7 +153,7 @@ class Reader:
     def _sizes(self, connector: Any, where: str) -> tuple[int, ...]:
         """Give the sizes of an array connector; none where one is left to the FMU."""
         texts = [each.get("size") for each in connector.iterfind("{*}Dimension")]
-        return () if None in texts else tuple(xml.integer(text, where) for text in texts)
+        return () if None in texts else sizes_of_array(texts, where)
 
     def _connection(self, element: Any, at: Path) -> Edge:
         ends = []

@@ -147,6 +147,18 @@ CASES = [
         alone(connector("ambient", "input", '<ssc:Real/><ssc:Dimension size="3"/>')),
         "link.ambient: is declared with 3 elements, but has 1 in its FMU; correct one",
     ),
+    *(
+        Case(
+            f"array_of_{size}",
+            alone(connector("ambient", "input", f'<ssc:Real/><ssc:Dimension size="{size}"/>' + more)),
+            f"link.ambient: has {told}",
+        )
+        for size, more, told in (
+            ("0", "", "a dimension of 0 elements; give at least one"),
+            ("-1", "", "a dimension of -1 elements; give at least one"),
+            ("99999", '<ssc:Dimension size="99999"/>', "9999800001 elements; give at most 100000"),
+        )
+    ),
     Case(
         "wrong_unit",
         alone(connector("ambient", "input", '<ssc:Real unit="W"/>')),
