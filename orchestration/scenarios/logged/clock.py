@@ -15,6 +15,7 @@ from warmlink.orchestration.scenarios.logged.cells import numbers
 from warmlink.orchestration.scenarios.logged.dates import HOUR, NoTimeError, seconds, written_seconds
 from warmlink.orchestration.scenarios.logged.layout import COUNT, NUMBER, conversion_to
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
+from warmlink.orchestration.text_files import shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,7 +32,7 @@ def times(sheet: Sheet, place: Place, date: Place | None = None) -> tuple[Array,
 
     A place's unit may be the form of its dates, as `%d/%m/%Y %H:%M:%S`; `date` is the column of dates where
     the other has the time of the day alone. InputError is raised where a time is missing or cannot be read,
-    times do not increase, or a date may mean two days.
+    times do not increase, or day and month could be swapped.
     """
     column, cells = place.column, sheet.cells[place.column]
     if cells.empty:
@@ -96,8 +97,9 @@ def _written(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tu
     try:
         return written_seconds(text, form, sheet.headers[column])
     except NoTimeError as wrong:
-        sheet.refuse(np.array([wrong.row]), column, wrong.sentence)
-        raise
+        cell = shown(str(text.iloc[wrong.row]))  # with its date, which may be in another column
+        told = wrong.sentence.replace("{}", cell)
+        raise InputError(f"{sheet.at(wrong.row, column)}: {told}") from None
 
 
 def _checked(sheet: Sheet, column: int, values: Array) -> Array:

@@ -59,6 +59,16 @@ def test_what_is_no_later_time_is_refused(cells: list[object], unit: str | None,
         read(cells, unit)
 
 
+def test_a_wrong_date_beside_the_time_is_quoted() -> None:
+    with pytest.raises(InputError, match=r"row 3, .*'2026-11-31 00:00:10' is a date or a time that does not"):
+        read(["23:59:50", "00:00:10"], dates=["2026-11-30", "2026-11-31"])
+
+
+def test_a_column_without_any_time_is_refused() -> None:
+    with pytest.raises(InputError, match="row 2, column 'time': the time is missing"):
+        read([pd.NaT, pd.NaT])
+
+
 def test_a_sheet_without_rows_is_refused() -> None:
     with pytest.raises(InputError, match="there are no rows under the header"):
         read([])
