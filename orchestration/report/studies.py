@@ -1,4 +1,4 @@
-"""The reports of tuning (how it went, what mattered, the winner) and of sweeps."""
+"""Reports of tuning, with the winner, the trials and what mattered in them, and of sweeps."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ from warmlink.orchestration.studies.study import Study
 from warmlink.orchestration.studies.tune import Tuned
 
 MOST_LINES = 5000
-"""Points that the parallel coordinates of a sweep show; the table holds them all."""
+"""Points that the parallel coordinates of a sweep show; the table beside the page holds them all."""
+
+MOST_FAILED = 100
+"""Points without an objective that a page lists."""
 
 
 def write_tuning(tuned: Tuned, path: Path) -> None:
@@ -31,14 +34,14 @@ def write_tuning(tuned: Tuned, path: Path) -> None:
         point = winner.point
         rows = [(axis.name, axis.shown(point[axis.name]), axis.shown(axis.shipped)) for axis in study.axes]
         table = PageTable(("parameter", "winner", "as shipped"), rows)
-        sections.append(Section("Winner", f"{tuned.gain.capitalize()}.", table))
+        sections.append(Section("Winner", f"{tuned.gain[:1].upper()}{tuned.gain[1:]}.", table))
     if len(study.objectives) > 1 and complete:
         sections.append(_front(study, trials, "trial"))
     sections.append(_history(study, trials, tuned.polished))
-    importance = _importance(tuned.storage) if len(complete) > 1 and len(study.axes) > 1 else None
+    importance = _importance_chart(tuned.storage) if len(complete) > 1 and len(study.axes) > 1 else None
     if importance is not None:
-        text = "Share of the objective's variation that each parameter explains among the better trials "
-        text += "(PED-ANOVA)."
+        text = "How much each parameter decides whether a trial is among the best tenth by "
+        text += f"{study.objective.title}, as shares of 1 (Optuna's PED-ANOVA); constraints do not count."
         sections.append(Section("What matters", text, figure=importance))
     if complete:
         text = "Each line is a trial; drag along an axis to pick some."
@@ -54,7 +57,9 @@ def write_sweep(study: Study, found: Sequence[Judged], path: Path) -> None:
     lead = "No point gave an objective."
     if complete:
         sections = [_front(study, found, "point")] if len(study.objectives) > 1 else []
-        sections.append(_parallel_coordinates(study, complete[:MOST_LINES]))
+        text = f"The first {MOST_LINES} of {len(complete)} points; the table beside this page holds them all."
+        text = text if len(complete) > MOST_LINES else ""
+        sections.append(_parallel_coordinates(study, complete[:MOST_LINES], text))
         sections += [Section(axis.name, figure=_over(study, axis, complete)) for axis in study.axes]
         objectives = [evaluation.objective for evaluation in complete]
         span = f"from {min(objectives):.4g} to {max(objectives):.4g} over {len(complete)} points"
@@ -64,10 +69,13 @@ def write_sweep(study: Study, found: Sequence[Judged], path: Path) -> None:
 
 def _parallel_coordinates(study: Study, found: Sequence[Judged], text: str = "") -> Section:
     """Section with an axis for each parameter and each objective, a line for each point."""
-    objectives, titles = [each.objective for each in found], [_axis(each) for each in study.objectives]
+    objectives, titles = (
+        [each.objective for each in found],
+        [_objective_label(each) for each in study.objectives],
+    )
     values = [
         *(
-            (_label(axis), [axis.readable[1] * each.point[axis.name] for each in found])
+            (_parameter_label(axis), [axis.readable[1] * each.point[axis.name] for each in found])
             for axis in study.axes
         ),
         *((title, [each.objectives[i] for each in found]) for i, title in enumerate(titles)),
@@ -87,14 +95,14 @@ UNITS = {"um_s": "µm/s", "um_h": "µm/h", "um": "µm", "s": "s", "min": "min", 
 """Units by the ends of the metrics' names."""
 
 
-def _axis(objective: Gathered) -> str:
-    """An objective with the unit of its metric."""
+def _objective_label(objective: Gathered) -> str:
+    """Title of an objective with the unit of its metric."""
     unit = next(unit for end, unit in UNITS.items() if objective.metric.endswith(f"_{end}"))
     return f"{objective.title} [{unit}]"
 
 
-def _label(axis: Axis) -> str:
-    """A parameter without its instance, with the unit in which it is shown."""
+def _parameter_label(axis: Axis) -> str:
+    """Name of a parameter without its instance, with the unit in which it is shown."""
     return f"{axis.name.rpartition('.')[2]} [{axis.readable[0]}]"
 
 
@@ -119,16 +127,16 @@ def _line(x: Sequence[float], y: Sequence[float], shape: str, name: str) -> dict
 
 def _over(study: Study, axis: Axis, complete: Sequence[Judged]) -> Any:
     factor = axis.readable[1]
-    x: dict[str, Any] = {"title": _label(axis)}
+    x: dict[str, Any] = {"title": _parameter_label(axis)}
     if axis.log:
         ticks = [float(f"{factor * level:.2g}") for level in axis.levels(5)]
         x |= {"type": "log", "tickvals": ticks, "ticktext": [f"{tick:g}" for tick in ticks]}
     marks = _points([factor * each.point[axis.name] for each in complete], complete, "point")
-    return chart(*marks, x=x, y=_axis(study.objective), height=300)
+    return chart(*marks, x=x, y=_objective_label(study.objective), height=300)
 
 
 def _front(study: Study, found: Sequence[Judged], word: str) -> Section:
-    kept, (first, second) = front(found), [_axis(each) for each in study.objectives]
+    kept, (first, second) = front(found), [_objective_label(each) for each in study.objectives]
     rows = []
     for each in kept:
         point = [axis.shown(each.point[axis.name]) for axis in study.axes]
@@ -144,7 +152,7 @@ def _front(study: Study, found: Sequence[Judged], word: str) -> Section:
 
 def _history(study: Study, trials: list[Judged], polished: Judged | None) -> Section:
     reached = accumulate((each.objective if each.feasible else math.inf for each in trials), min)
-    steps = [(number, least) for number, least in enumerate(reached) if least < math.inf]
+    steps = [(e.number, least) for e, least in zip(trials, reached, strict=True) if least < math.inf]
     star = {"color": COLOURS[3], "symbol": "star", "size": 14}
     look: dict[str, Any] = {"mode": "markers", "marker": star, "name": "winner, polished"}
     winner = [] if polished is None else [{"x": [polished.number], "y": [polished.objective], **look}]
@@ -153,24 +161,25 @@ def _history(study: Study, trials: list[Judged], polished: Judged | None) -> Sec
         *winner,
         _line([number for number, _ in steps], [least for _, least in steps], "hv", "best so far"),
         x="number of the trial [1]",
-        y=_axis(study.objective),
+        y=_objective_label(study.objective),
     )
     text = "Each trial's objective, and the least of those that keep every constraint so far."
     return Section("Trials", text, figure=figure)
 
 
-def _importance(storage: Storage) -> Any:
-    """Importance of each parameter; None where the trials do not tell."""
+def _importance_chart(storage: Storage) -> Any:
+    """Bars of the importance of each parameter; None if the trials do not tell it."""
     import optuna
 
     evaluator = optuna.importance.PedAnovaImportanceEvaluator()
-    # Optuna wants to be told which of two objectives, and warns that it is to be small, as it is.
+    # Of two objectives Optuna is told which, and warns that it takes the least for the best, as it should.
     target = None if len(storage.study.directions) == 1 else lambda trial: trial.values[0]
-    warnings.filterwarnings("ignore", message="PedAnovaImportanceEvaluator computes")
-    try:
-        found = optuna.importance.get_param_importances(storage.study, evaluator=evaluator, target=target)
-    except (RuntimeError, ValueError):
-        return None
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="PedAnovaImportanceEvaluator computes")
+        try:
+            found = optuna.importance.get_param_importances(storage.study, evaluator=evaluator, target=target)
+        except (RuntimeError, ValueError):
+            return None
     names, shares = list(found), list(found.values())
     told = {"text": [f"{share:.2f}" for share in shares], "textposition": "outside", "cliponaxis": False}
     look = {"type": "bar", "orientation": "h", "marker": {"color": COLOURS[0]}, **told}
@@ -182,25 +191,24 @@ def _importance(storage: Storage) -> Any:
 
 def _closing(study: Study, found: Sequence[Judged], word: str) -> list[Section]:
     """The last sections of a page: points that gave no objective, and what was asked for."""
-    poisoned = [(str(i), each.reason) for i, each in enumerate(found) if each.reason is not None]
-    heading, table = (
-        f"{word.capitalize()}s without an objective",
-        PageTable((word, "because"), poisoned[:100]),
-    )
+    failed = [(str(each.number), each.reason) for each in found if each.reason is not None]
+    text = f"The first {MOST_FAILED} of {len(failed)}." if len(failed) > MOST_FAILED else ""
+    table = PageTable((word, "reason"), failed[:MOST_FAILED])
     rows = [
         ("controller", study.controller.name),
         ("duty cycles", ", ".join(scenario.name for scenario in study.scenarios)),
         ("mismatches", ", ".join(mismatch.name for mismatch in study.mismatches)),
         *(("objective", each.title) for each in study.objectives),
-        *((f"{c.title}", f"at most {c.at_most:g}") for c in study.constraints),
+        *((c.title, f"at most {c.at_most:g}") for c in study.constraints),
         *((axis.name, _range(axis)) for axis in study.axes),
         ("seed", str(study.seed)),
     ]
     asked = Section("Study", table=PageTable(("", "as the study file says"), rows))
-    return [Section(heading, table=table), asked] if poisoned else [asked]
+    without = Section(f"{word.capitalize()}s without an objective", text, table)
+    return [without, asked] if failed else [asked]
 
 
 def _range(axis: Axis) -> str:
     if axis.choice:
         return f"one of {', '.join(map(axis.shown, axis.choice))}"
-    return f"{axis.shown(axis.low, axis.high)}{', by its logarithm' if axis.log else ''}"
+    return f"{axis.shown(axis.low, axis.high)}{', on a logarithmic scale' if axis.log else ''}"

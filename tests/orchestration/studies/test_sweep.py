@@ -9,9 +9,9 @@ import pytest
 from tests.documented import undescribed
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.report.studies import write_sweep
-from warmlink.orchestration.studies.case import Case, Constraint, Gathered, Outcome
-from warmlink.orchestration.studies.points import Searched, best, front
+from warmlink.orchestration.report.studies import MOST_FAILED, UNITS, write_sweep
+from warmlink.orchestration.studies.case import METRICS, Case, Constraint, Gathered, Outcome
+from warmlink.orchestration.studies.points import Judged, Searched, best, front
 from warmlink.orchestration.studies.study import Study, SweepSettings, load_study
 from warmlink.orchestration.studies.sweep import Swept, points_of, sweep
 from warmlink.orchestration.studies.workers import FmuSet
@@ -131,3 +131,25 @@ def test_parameters_of_one_name_both_have_an_axis(study: Study, fmus: FmuSet, tm
     write_sweep(both, sweep(both, points_of(both)[:2], Here(fmus), lambda done: None), tmp_path / "a.html")
     dimensions = re.findall(r'"label": ?"sample_time', plots(tmp_path / "a.html"))
     assert len(dimensions) == 2
+
+
+def test_what_a_page_leaves_out_is_said(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("warmlink.orchestration.report.studies.MOST_LINES", 3)
+    point = points_of(study)[0]
+    found = [Judged(number, point, (float(number),), (0.0,)) for number in range(4)]
+    found += [Judged(1000 + number, point, reason="it broke") for number in range(MOST_FAILED + 7)]
+    write_sweep(study, found, tmp_path / "a.html")
+    text = (tmp_path / "a.html").read_text("utf-8")
+    assert "The first 3 of 4 points; the table beside this page holds them all." in text
+    assert f"The first {MOST_FAILED} of {MOST_FAILED + 7}." in text
+    assert ">1000<" in text
+    assert "600 to 7200 s, on a logarithmic scale" in text
+    write_sweep(study, found[:3], tmp_path / "b.html")
+    assert "The first" not in (tmp_path / "b.html").read_text("utf-8")
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_the_unit_of_every_metric_is_known(metric: str) -> None:
+    assert any(metric.endswith(f"_{end}") for end in UNITS)

@@ -1,6 +1,7 @@
 import math
 import operator
 import sqlite3
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -222,6 +223,26 @@ def test_the_report_shows_winner_importance_and_coordinates(study: Study, folder
     for heading in ("Winner", "What matters", "Parallel coordinates", "Trials"):
         assert f"<h2>{heading}</h2>" in text
     assert "parcoords" in drawn
+    assert "among the best tenth by worst max_abs_um, as shares of 1" in text
+
+
+def test_writing_a_report_leaves_words_and_warnings_as_they_are(
+    study: Study, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    two = replace(study, objectives=(study.objective, Gathered("correction_rate_um_s")), constraints=())
+    here = make(folder, "a")
+    trials = run(two, here, Formula())
+    told = "polished, and mean RMS 3 µm/W"
+    monkeypatch.setattr(Tuned, "gain", told)
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        during = list(warnings.filters)
+        write_tuning(
+            Tuned(two, trials, Storage(two, "fmus", default_url(here)), best(trials)), here / "report.html"
+        )
+        assert warnings.filters == during
+    assert not [each for each in seen if "PedAnova" in str(each.message)]
+    assert "Polished, and mean RMS 3 µm/W." in (here / "report.html").read_text("utf-8")
 
 
 def test_two_objectives_give_a_front_and_a_winner_between_its_ends(study: Study, folder: Path) -> None:
