@@ -1,4 +1,4 @@
-"""Text files that people write, read with one sentence where that cannot be done."""
+"""Text files that people write: they are read, or refused in one sentence."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any
 from warmlink.fmus.errors import InputError
 
 MOST_SHOWN = 80
-"""Characters of a name or value that a sentence repeats."""
+"""Characters of a name or a value that a sentence repeats at most."""
 
 
 def is_file(path: Path) -> bool:
-    """Whether there is such a file; a name that no file can have is none."""
+    """Whether a file is there; False for a name that no file can have."""
     try:
         return path.is_file()
     except (OSError, ValueError):  # too long, or with a zero byte
@@ -22,7 +22,7 @@ def is_file(path: Path) -> bool:
 
 
 def is_folder(path: Path) -> bool:
-    """Whether there is such a folder; a name that no folder can have is none."""
+    """Whether a folder is there; False for a name that no folder can have."""
     try:
         return path.is_dir()
     except (OSError, ValueError):
@@ -30,7 +30,7 @@ def is_folder(path: Path) -> bool:
 
 
 def absent(path: Path, remedy: str, sought: str = "file") -> InputError:
-    """What to raise where a file is needed and there is none, or a folder."""
+    """What to raise if a file is needed, but nothing is there, or a folder."""
     there = "is a folder" if is_folder(path) else f"no such {sought}"
     return InputError(f"{path}: {there}; {remedy}")
 
@@ -44,16 +44,23 @@ def demand_file(path: Path, remedy: str) -> None:
 def read_text(path: Path, remedy: str) -> str:
     """Text of a file in UTF-8, with or without a byte order mark.
 
-    InputError if there is no such file, with the remedy, it cannot be read, or it is in another encoding.
+    InputError if there is no such file (the sentence ends with the remedy), it cannot be read, or it is in
+    another encoding.
     """
-    demand_file(path, remedy)
     try:
-        return path.read_bytes().decode("utf-8-sig")
-    except OSError as fault:
-        raise InputError(f"{path}: cannot be read ({fault.strerror}); check its permissions") from None
+        return _content(path, remedy).decode("utf-8-sig")
     except UnicodeDecodeError as fault:
         line = fault.object[: fault.start].count(b"\n") + 1
         raise InputError(f"{path.name}: line {line} is not text in UTF-8; save the file as UTF-8") from None
+
+
+def _content(path: Path, remedy: str) -> bytes:
+    """Bytes of a file; InputError if there is none, or it cannot be read."""
+    demand_file(path, remedy)
+    try:
+        return path.read_bytes()
+    except OSError as fault:
+        raise InputError(f"{path}: cannot be read ({fault.strerror}); check its permissions") from None
 
 
 _OTHER_FORMATS = {
@@ -68,28 +75,28 @@ _OTHER_FORMATS = {
     b"\x93NUMPY": 'an array of NumPy; write it as CSV with numpy.savetxt(..., delimiter=",")',
     b"MDF ": "an MDF file; export the signals as columns of a CSV file",
 }
-"""What files are that are no text, by their first bytes, and how their content becomes text."""
+"""Formats that are no text, by the first bytes of a file, and how their content becomes text."""
 
 
 def measured_text(path: Path) -> str:
-    """Text of a file of measurements in UTF-8, UTF-16 with its mark, or else Latin-1, as spreadsheets write.
+    """Text of a file of measurements in UTF-8, UTF-16 with its mark, or a spreadsheet's encoding on Windows.
 
-    InputError if the file cannot be read, or holds no text.
+    That is cp1252, or Latin-1 for bytes that cp1252 does not define. InputError if there is no such file, it
+    cannot be read, or it holds no text.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as fault:
-        raise InputError(f"{path}: cannot be read ({fault.strerror}); give the path of a file") from None
+    content = _content(path, "give the path of a file")
     for mark, told in _OTHER_FORMATS.items():
         if content.startswith(mark) and b"\0" in content:
             raise InputError(f"{path.name}: is {told}")
     marked = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    try:
-        text = content.decode("utf-16" if marked else "utf-8-sig")
-    except UnicodeDecodeError:
-        text = content.decode("latin-1")
+    for encoding in ("utf-16" if marked else "utf-8-sig", "cp1252", "latin-1"):
+        try:
+            text = content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        break
     if "\0" in text:
-        raise InputError(f"{path.name}: is no text in UTF-8, UTF-16 or Latin-1; save it as UTF-8")
+        raise InputError(f"{path.name}: is no text in UTF-8, UTF-16 or cp1252 (Windows); save it as UTF-8")
     return text
 
 
@@ -102,12 +109,18 @@ def tables_of(text: str, name: str) -> dict[str, Any]:
     """Tables of a TOML text; InputError if it is not TOML."""
     try:
         return tomllib.loads(text)
-    except (ValueError, RecursionError) as fault:  # numbers of 5000 digits, brackets in brackets
+    except tomllib.TOMLDecodeError as fault:
         raise InputError(f"{name}: not readable as TOML ({fault}); mend that place") from None
+    except ValueError:
+        told = "a whole number has more digits than can be read; shorten it"
+        raise InputError(f"{name}: not readable as TOML: {told}") from None
+    except RecursionError:
+        told = "lists or tables are nested too deep; nest them less"
+        raise InputError(f"{name}: not readable as TOML: {told}") from None
 
 
 def pair(text: str, option: str, example: str) -> tuple[str, str]:
-    """Name and value of an option `NAME=VALUE`; InputError where one of them is missing."""
+    """Name and value of an option `NAME=VALUE`; InputError if one of them is missing."""
     name, equals, value = (part.strip() for part in text.partition("="))
     if not (name and value):
         missing = "no value" if name or not equals else "no name"
@@ -116,7 +129,7 @@ def pair(text: str, option: str, example: str) -> tuple[str, str]:
 
 
 def shown(value: object) -> str:
-    """What a file holds, in few words for a sentence."""
+    """A value from a file, in a few words for a sentence."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
@@ -128,5 +141,5 @@ def shown(value: object) -> str:
 
 
 def shortened(text: str) -> str:
-    """What somebody wrote, as far as it fits into a sentence."""
+    """The beginning of a text, as long as fits into a sentence."""
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."
