@@ -1,4 +1,4 @@
-"""Fit of the regression law to a run."""
+"""Parameter set of the regression law from a simulated run (from a log: controllers/learning)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,18 +22,18 @@ from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss
 Array = NDArray[np.float64]
 
 PHASES = ((3.43, 2.5, 7200.0), (0.0, 0.0, 3600.0))
-"""Speed in rad/s, torque in N.m and duration in s of what the shipped regression is taught by."""
+"""Speed in rad/s, torque in N.m and duration in s of the phases of `training_run`."""
 
 SENSORS = ("base_temperature", "tip_temperature")
 """Thermometers that a law uses by default."""
 
 MEMORY_TIME = 600.0
-"""s; shorter than any mode that matters, so that the law goes by the readings rather than by its memory."""
+"""s; shorter than the time constants of the link, so that new readings count for more than old ones."""
 
 
 @dataclass(frozen=True)
 class TrainingRun:
-    """Temperatures in K at the sensors in `SENSED`'s order, shape (n, 5), and growth in m, shape (n,)."""
+    """Temperatures in K, in the order of `SENSED`, shape (n, 5), and growth in m, shape (n,), of n rows."""
 
     temperature: Array
     elongation: Array
@@ -45,30 +45,33 @@ def fit_regression(
     sensor_std: float | Mapping[str, float] = 0.1,
     reference_temperature: float = ROOM_TEMPERATURE,
 ) -> dict[str, float | list[float]]:
-    """Parameter set of the regression law from a run.
+    """Parameter set of the regression law from a simulated run.
 
     Parameters
     ----------
-    run : measured or simulated, from cold
-    sensors : which of the cell's temperatures the law goes by
+    run : simulated, without noise, beginning at reference_temperature; a temperature that nothing reads is
+        constant
+    sensors : names of the thermometers that the law goes by
     sensor_std : standard deviation in K of a reading, one for all or one by sensor
-    reference_temperature : temperature in K of no growth
+    reference_temperature : temperature in K at which there is no growth
 
     Raises
     ------
     InputError
-        A sensor is unknown, the run is too short or holds a value that is not finite.
+        A sensor is unknown or its standard deviation not above 0, the run is too short, or it holds a value
+        that is not finite.
     """
     rises, growth = run.temperature - reference_temperature, run.elongation
     if growth.size < 2 * (rises.shape[1] + 1):
         least = 2 * (rises.shape[1] + 1)
-        raise InputError(f"run: {growth.size} rows are too few for a regression; give {least}")
+        raise InputError(f"run: {growth.size} rows are too few for a regression; give at least {least}")
     if not (np.isfinite(rises).all() and np.isfinite(growth).all()):
         raise InputError("run: a temperature or the elongation is not finite; leave such rows out")
     stds = sensor_stds(sensors, sensor_std)
     moments, used = second_moments(rises), np.flatnonzero(stds)
     coefficients = np.zeros(len(stds))
-    # The filter ridges by the sensors' noise: its temperatures are nearer to the run's than readings are.
+    # Plain least squares, not ridged by the sensors' noise: the law multiplies filtered temperatures, which
+    # are nearer to the true ones than readings are.
     coefficients[used] = np.linalg.lstsq(rises[:, used], growth, rcond=None)[0]
     return {
         "reference_temperature": reference_temperature,
@@ -82,7 +85,10 @@ def fit_regression(
 
 
 def _per_kelvin(rises: Array, growth: Array) -> float:
-    """Growth in m/K of an evenly warm link, by thermometers on it, or by all if a run has none of them."""
+    """Growth in m/K of an evenly warm link: the sum of the coefficients of the thermometers on the link.
+
+    Of all thermometers, if those on the link do not vary in the run.
+    """
     varied = np.ptp(rises, axis=0) > 0
     along = varied & np.isin(SENSED, list(ALONG))
     chosen = along if along.any() else varied
@@ -90,25 +96,32 @@ def _per_kelvin(rises: Array, growth: Array) -> float:
 
 
 def second_moments(rises: Array) -> Array:
-    """Second moments in K2 of rises in K, shape (n, 5); 1 K2 for a temperature that was not read."""
-    still = np.ptp(rises, axis=0) == 0.0
-    rises = np.where(still, 0.0, rises)
+    """Second moments in K2, shape (5, 5), of rises in K, shape (n, 5).
+
+    A temperature that does not vary was not read: it counts as 1 K2, uncorrelated with the others.
+    """
+    constant = np.ptp(rises, axis=0) == 0.0
+    rises = np.where(constant, 0.0, rises)
     moments = rises.T @ rises / rises.shape[0]
-    moments[still, still] = 1.0
+    moments[constant, constant] = 1.0
     return np.asarray(moments)
 
 
-def cold_in(run: TrainingRun, sensors: Sequence[str]) -> float:
-    """Temperature in K of no growth: where a run begins with none, the mean of what sensors read there."""
+def reference_temperature_of(run: TrainingRun, sensors: Sequence[str]) -> float:
+    """Temperature in K at which there is no growth: the mean of some sensors at the beginning of a run.
+
+    Room temperature if the run begins with growth, since it does not tell then.
+    """
     used = np.array(sensor_stds(sensors, 1.0)) > 0
-    begins_cold = abs(run.elongation[0]) <= 1e-6 * np.ptp(run.elongation)
-    return float(np.mean(run.temperature[0, used])) if begins_cold else ROOM_TEMPERATURE
+    begins_without = abs(run.elongation[0]) <= 1e-6 * np.ptp(run.elongation)
+    return float(np.mean(run.temperature[0, used])) if begins_without else ROOM_TEMPERATURE
 
 
 def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
-    """Warm-up at 100 % duty for two hours and cooling at rest for one, from cold.
+    """Run of the linear plant through `PHASES`: a warm-up and cooling at rest, from room temperature.
 
-    The linear plant, exact for inputs held over a step in s; the losses are the motor's own.
+    A plant of None is that of the warm-up cell. The solution is exact for heat that is held over a step in s;
+    the heat is the losses by the motor's own equations.
     """
     plant = plant or cell_plant()
     model = plant_model(plant)
@@ -116,8 +129,8 @@ def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
     state = np.zeros(model.heat_capacity.size)
     temperature, elongation = [], []
     for speed, torque, duration in PHASES:
-        unused = np.zeros((len(OUTPUTS), len(INPUTS)))
-        transition, reach, *_ = signal.cont2discrete((*model.at(speed), model.C, unused), step)
+        no_feedthrough = np.zeros((len(OUTPUTS), len(INPUTS)))
+        transition, reach, *_ = signal.cont2discrete((*model.at(speed), model.C, no_feedthrough), step)
         duty = TrustedDuty(speed, torque, 0.0)
         for _ in range(round(duration / step)):
             seen = model.C @ state
@@ -132,7 +145,10 @@ def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
 
 
 def _residual(rises: Array, growth: Array, stds: Array) -> float:
-    """Rms in m that the ridged regression on the sensors in use leaves of the run, their noise aside."""
+    """Rms in m of the growth that a regression ridged by the sensors' noise does not explain, without noise.
+
+    `rises` and `stds` are of the sensors in use, in K.
+    """
     ridged = rises.T @ rises / growth.size + np.diag(stds**2)
     left = growth - rises @ np.linalg.solve(ridged, rises.T @ growth / growth.size)
     return float(np.sqrt(np.mean(left**2)))

@@ -245,16 +245,18 @@ class Component:
             values[state.name] = start if state.size is None else stack(*[start] * state.size)
         return values
 
-    def rates_of(self, x: Number, u: Number, p: Number, time: Number, since: Number | None = None) -> Number:
+    def rates_of(
+        self, x: Number, u: Number, p: Number, time: Number, held_at: Number | None = None
+    ) -> Number:
         """Flat vector of the time derivatives of the continuous states, shape (continuous.size,).
 
-        Arguments are flat, and time in s. Where the micro step began at another time, `since`, signals that
-        jump between the parts of a joined component are those of then.
+        Arguments are flat, and time in s. The discrete outputs of a joined component's parts are evaluated at
+        `held_at`, the beginning of the micro step, or at `time` if it is None.
         """
         assert self.rates is not None
         given = (self.x.read(x), self.u.read(u), self.d.read(p), time)
         return self.continuous.flat(
-            self.rates(*given) if self.joint is None else self.joint.rates(*given, since)
+            self.rates(*given) if self.joint is None else self.joint.rates(*given, held_at)
         )
 
     def solved(self, right: Number, p: Number, step: Number) -> Number:

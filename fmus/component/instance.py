@@ -237,14 +237,14 @@ class Instance:
         size = self.component.continuous.size
         held = self._x[size:]
 
-        def rates(x: Number, now: float, since: float) -> Number:
-            return self.component.rates_of(stack(x, held), self._u, self._settled, now, since)
+        def rates(x: Number, now: float, held_at: float) -> Number:
+            return self.component.rates_of(stack(x, held), self._u, self._settled, now, held_at)
 
         if self._jacobian is None and self.component.solve is None:
             # The diagonal always counts: a loss that inputs switch on and off lies there, and the structure
             # must not depend on when it is found.
             every = ComplexStepJacobian(np.ones((size, size), dtype=bool))
-            found = every(partial(rates, now=time, since=time), self._x[:size])
+            found = every(partial(rates, now=time, held_at=time), self._x[:size])
             self._jacobian = ComplexStepJacobian((found != 0) | np.eye(size, dtype=bool))
         x = self._x[:size]
         solve: Callable[[Number], Number] = partial(
@@ -252,8 +252,8 @@ class Instance:
         )
         for now in (time + i * micro for i in range(count)):
             if self._jacobian is not None:
-                solve = solution_of(self._jacobian(partial(rates, now=now, since=now), x), micro)
-            x = ros2(rates(x, now, now), solve, partial(rates, now=now + micro, since=now), x, micro)
+                solve = solution_of(self._jacobian(partial(rates, now=now, held_at=now), x), micro)
+            x = ros2(rates(x, now, now), solve, partial(rates, now=now + micro, held_at=now), x, micro)
         self._x = np.concatenate([x, held])
 
 

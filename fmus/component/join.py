@@ -124,9 +124,9 @@ class Joint:
         ]
         return _named({key: part.started(inputs, part_of(p, key)) for key, part, inputs in stateful})
 
-    def rates(self, x: Record, u: Record, p: Record, time: Number, since: Number | None = None) -> Values:
-        """Time derivatives of the continuous states by name; `since` as for `Component.rates_of`."""
-        signals, found = self._signals(self._moving, x, u, p, time, since), {}
+    def rates(self, x: Record, u: Record, p: Record, time: Number, held_at: Number | None = None) -> Values:
+        """Time derivatives of the continuous states by name; `held_at` as for `Component.rates_of`."""
+        signals, found = self._signals(self._moving, x, u, p, time, held_at), {}
         for key, part in self.parts.items():
             if part.rates is not None and part.states:
                 inputs = self._record(key, signals, u)
@@ -172,16 +172,16 @@ class Joint:
         u: Record,
         p: Record,
         time: Number,
-        since: Number | None = None,
+        held_at: Number | None = None,
     ) -> dict[str, Number]:
-        """Scalar outputs of the parts by name; those that jump are taken at `since`."""
+        """Scalar outputs of the parts by name; discrete ones are evaluated at `held_at`."""
 
         def observed(key: str, inputs: Record) -> Values:
             part = self.parts[key]
             states = part_of(x, key) if part.states else None
             found = dict(part.observe(states, inputs, part_of(p, key), time))
-            if since is not None and since is not time:
-                before = part.observe(states, inputs, part_of(p, key), since)
+            if held_at is not None and held_at is not time:
+                before = part.observe(states, inputs, part_of(p, key), held_at)
                 found |= {output.name: before[output.name] for output in part.outputs if output.discrete}
             return found
 

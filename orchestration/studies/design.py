@@ -13,7 +13,12 @@ import numpy as np
 from warmlink.controllers.design.gains import design_controller
 from warmlink.controllers.design.middle import middle_advice
 from warmlink.controllers.design.plant import Plant, cell_plant, no_growth
-from warmlink.controllers.design.regression import TrainingRun, cold_in, fit_regression, training_run
+from warmlink.controllers.design.regression import (
+    TrainingRun,
+    fit_regression,
+    reference_temperature_of,
+    training_run,
+)
 from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values
@@ -194,7 +199,7 @@ def design(
             values = {**fit_regression(training_run(plant), list(sensors), noise), **facts}
         else:
             run = _run_of(scenario, sensors)
-            values = fit_regression(run, list(sensors), noise, cold_in(run, sensors))
+            values = fit_regression(run, list(sensors), noise, reference_temperature_of(run, sensors))
         return Designed(law, tuple(sensors), {**values, "sample_time": period}, plant, source=source)
     camera = None if camera_std is None else positive(camera_std, "m", argument("camera_std"))
     found = design_controller(law, list(sensors), noise, period, plant, camera_std=camera)

@@ -29,7 +29,7 @@ def stepping(plan: WirePlan) -> Iterator[Function]:
     solve_first, solve_second = _solving(linear, size)
     ahead, first, factors = solve_first(s.x[:size], s.step, linear.numbers, linear.slope)
     there = WiredSignals(
-        plan, plan.states(casadi.vertcat(ahead, s.x[size:])), later, s.d, s.time + s.step, since=s.time
+        plan, plan.states(casadi.vertcat(ahead, s.x[size:])), later, s.d, s.time + s.step, held_at=s.time
     )
     following = solve_second(s.x[:size], s.step, first, factors, rates(there))
     yield "advance", [s.x, s.u, later, s.d, s.time, s.step], following

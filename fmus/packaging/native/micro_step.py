@@ -163,6 +163,6 @@ def _micro_step(component: Component, s: Symbols, later: Expression) -> Expressi
         solve = solver(casadi.SX.eye(size) - GAMMA * s.step * casadi.jacobian(slope, x))
 
     def slope_ahead(ahead: Expression) -> Expression:
-        return component.rates_of(casadi.vertcat(ahead, held), later, s.d, s.time + s.step, since=s.time)
+        return component.rates_of(casadi.vertcat(ahead, held), later, s.d, s.time + s.step, held_at=s.time)
 
     return ros2(slope, solve, slope_ahead, x, s.step)

@@ -1,4 +1,7 @@
-"""Signals between the parts of a joined component, as calls of what each kind of part computes."""
+"""Outputs and inputs of a joined component's parts, as CasADi expressions.
+
+These call one function per kind of part.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from warmlink.fmus.packaging.native.kinds import Kind
 
 
 class WirePlan:
-    """Where the parts of a joined component lie in its vectors, and the kind of each."""
+    """Parts of a joined component: their kinds, and which elements of the whole's vectors belong to each."""
 
     def __init__(self, component: Component) -> None:
         assert component.joint is not None
@@ -34,7 +37,7 @@ class WirePlan:
 
     @cached_property
     def places(self) -> dict[str, tuple[slice, slice, slice]]:
-        """For each part where its parameters, what they settle, and its states lie."""
+        """Slices of the whole's parameters, settled parameters and states that each part has."""
         whole, found = self.component, dict[str, tuple[slice, slice, slice]]()
         for key, part in self.joint.parts.items():
             pairs = ((whole.p, part.p), (whole.d, part.d), (whole.x, part.x))
@@ -50,7 +53,7 @@ class WirePlan:
 
     @cached_property
     def feeds(self) -> dict[str, list[str | int]]:
-        """For each part, by input, the output that feeds it, or the index of the whole's input that it is."""
+        """What feeds each input of each part: an output, by name, or an input of the whole, by index."""
         index, wires = self.component.u.index, self.joint.wires
         return {
             key: [wires.get(f"{key}.{n}", None) or index[f"{key}.{n}"] for n in part.u.names]
@@ -59,7 +62,11 @@ class WirePlan:
 
 
 class _ByPart:
-    """Something of each output of the parts, block by block, and only where it is asked for."""
+    """A quantity of each output and input of the parts, as its value or a derivative.
+
+    The outputs of a block are computed together, once one of them is asked for. `of_inputs` holds the
+    quantity of the whole's inputs.
+    """
 
     def __init__(self, plan: WirePlan, of_inputs: Expression) -> None:
         self.plan = plan
@@ -67,19 +74,19 @@ class _ByPart:
         self._blocks: dict[tuple[str, int], Expression] = {}
 
     def block(self, key: str, number: int) -> Expression:
-        """That of the outputs of a part that are computed together."""
+        """Quantity of each output in a block of a part, by the block's number."""
         if (key, number) not in self._blocks:
             self._blocks[key, number] = self._computed(key, number)
         return self._blocks[key, number]
 
     def output(self, name: str) -> Expression:
-        """That of one output, by its full name."""
+        """Quantity of one output, by its full name."""
         key, own = split_name(name)
         number, at = self.plan.kinds[key].place[own]
         return self.block(key, number)[at]
 
     def inputs(self, key: str, wanted: Sequence[int] | None = None) -> Expression:
-        """That of a part's inputs; with 0 in place of those that are not wanted."""
+        """Quantity of each input of a part, 0 for those whose indices are not `wanted`; None wants all."""
         import casadi
 
         feeds = self.plan.feeds[key]
@@ -95,14 +102,14 @@ class _ByPart:
 
 
 class WiredSignals(_ByPart):
-    """Values of outputs and inputs of the parts at an instant.
+    """Values of the outputs and inputs of all parts at one time.
 
     Parameters
     ----------
-    plan : of the joined component
+    plan : parts of the joined component
     x : states by part
     u, d, time : inputs and settled parameters of the whole, and time in s
-    since : where given, the time at which signals that jump are taken
+    held_at : time in s at which discrete outputs are evaluated, the beginning of the step; `time` if None
     """
 
     def __init__(
@@ -112,29 +119,32 @@ class WiredSignals(_ByPart):
         u: Expression,
         d: Expression,
         time: Expression,
-        since: Expression | None = None,
+        held_at: Expression | None = None,
     ) -> None:
         super().__init__(plan, u)
         self.x, self.d, self.time = x, d, time
-        self.since = time if since is None else since
+        self.held_at = time if held_at is None else held_at
 
     def own(self, key: str) -> Expression:
-        """What the parameters of a part settle."""
+        """Settled parameters of a part."""
         return self.d[self.plan.places[key][1]]
 
     def now(self, key: str, wanted: Sequence[int] | None = None) -> list[Expression]:
-        """States, inputs, settled parameters of a part, and time."""
+        """Arguments of a part's functions: its states, inputs and settled parameters, and time."""
         return [self.x[key], self.inputs(key, wanted), self.own(key), self.time]
 
     def _computed(self, key: str, number: int) -> Expression:
         kind = self.plan.kinds[key]
         block = kind.blocks[number]
         *given, _ = self.now(key, block.inputs)
-        return kind.outputs(number)(*given, self.since if block.discrete else self.time)
+        return kind.outputs(number)(*given, self.held_at if block.discrete else self.time)
 
 
 class Tangents(_ByPart):
-    """Derivatives of outputs and inputs of the parts along a direction of states, inputs and time."""
+    """Derivatives of the outputs and inputs of all parts along a direction of states, inputs and time.
+
+    `dx`, by part, `du` of the whole and `dtime` are the direction.
+    """
 
     def __init__(
         self, signals: WiredSignals, dx: Mapping[str, Expression], du: Expression, dtime: Expression
@@ -143,7 +153,7 @@ class Tangents(_ByPart):
         self.signals, self.dx, self.dtime = signals, dx, dtime
 
     def along(self, key: str, wanted: Sequence[int] | None = None) -> list[Expression]:
-        """States, inputs, settled parameters of a part, time, and their direction."""
+        """Arguments of a part's tangent functions: those of `now`, then the direction."""
         return [*self.signals.now(key, wanted), self.dx[key], self.inputs(key, wanted), self.dtime]
 
     def _computed(self, key: str, number: int) -> Expression:

@@ -22,7 +22,12 @@ from warmlink.controllers.design.plant import (
 from warmlink.controllers.design.reduction import (
     reduce_plant,
 )
-from warmlink.controllers.design.regression import TrainingRun, cold_in, fit_regression, training_run
+from warmlink.controllers.design.regression import (
+    TrainingRun,
+    fit_regression,
+    reference_temperature_of,
+    training_run,
+)
 from warmlink.controllers.design.shipped import as_json, shipped_values
 from warmlink.controllers.matrices import symmetric
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
@@ -230,14 +235,19 @@ def test_the_growth_counts_from_where_the_link_begins_or_from_what_it_says() -> 
 def test_a_run_begins_at_the_temperature_of_no_growth() -> None:
     taught = training_run()
     cold = TrainingRun(taught.temperature - 20.0, taught.elongation)
-    assert cold_in(cold, ("base", "tip")) == pytest.approx(275.15)
-    assert cold_in(TrainingRun(cold.temperature, cold.elongation + 1e-6), ("base", "tip")) == 295.15
-    moments = fit_regression(cold, reference_temperature=cold_in(cold, ("base", "tip")))["moments"]
+    assert reference_temperature_of(cold, ("base", "tip")) == pytest.approx(275.15)
+    assert (
+        reference_temperature_of(TrainingRun(cold.temperature, cold.elongation + 1e-6), ("base", "tip"))
+        == 295.15
+    )
+    moments = fit_regression(cold, reference_temperature=reference_temperature_of(cold, ("base", "tip")))[
+        "moments"
+    ]
     assert moments == pytest.approx(fit_regression(taught)["moments"])
 
 
 def test_a_run_that_cannot_teach_is_refused() -> None:
-    with pytest.raises(InputError, match="2 rows are too few for a regression"):
+    with pytest.raises(InputError, match="2 rows are too few for a regression; give at least 12"):
         fit_regression(TrainingRun(np.full((2, 5), 300.0), np.zeros(2)))
     with pytest.raises(InputError, match="is not finite; leave such rows out"):
         fit_regression(TrainingRun(np.full((50, 5), np.nan), np.zeros(50)))

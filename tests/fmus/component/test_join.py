@@ -71,7 +71,7 @@ def test_signals_that_jump_are_held_within_a_micro_step() -> None:
     shaft = system.continuous.index["plant.motor.shaft_temperature"]
     before, after = system.rates_of(x, u, d, 9.0)[shaft], system.rates_of(x, u, d, 10.0)[shaft]
     assert before > 0 == after
-    assert system.rates_of(x, u, d, 10.0, since=9.0)[shaft] == before
+    assert system.rates_of(x, u, d, 10.0, held_at=9.0)[shaft] == before
 
 
 def test_checks_speak_of_the_part() -> None:
