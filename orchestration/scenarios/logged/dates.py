@@ -58,7 +58,11 @@ def seconds(cells: Any) -> Array:
     filled = cells.dropna()
     if filled.empty:
         return np.full(len(cells), np.nan)
-    return np.asarray((cells - filled.iloc[0]).dt.total_seconds(), dtype=np.float64)
+    try:
+        passed = cells - filled.iloc[0]
+    except OverflowError:  # more than 292 years, counted in ns
+        passed = cells.dt.as_unit("us") - filled.iloc[0].as_unit("us")
+    return np.asarray(passed.dt.total_seconds(), dtype=np.float64)
 
 
 def written_seconds(text: pd.Series, form: str | None, header: str) -> tuple[Array, str]:
@@ -145,7 +149,9 @@ def _of_form(text: pd.Series, header: str, form: str) -> tuple[Array, str]:
 def _looks(cell: str, form: str) -> bool:
     """Whether a cell looks as a form asks for, whatever its numbers are."""
     if form == "ISO8601":
-        return re.fullmatch(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?", cell) is not None
+        return (
+            re.fullmatch(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(Z|[+-]\d\d:?\d\d)?", cell) is not None
+        )
     parts = re.split("%(.)", form)
     looks = [_LOOKS.get(part, r"\d\d?") if i % 2 else re.escape(part) for i, part in enumerate(parts)]
     return re.fullmatch("".join(looks), re.sub(r"(:\d\d)[.,]\d+", r"\1", cell)) is not None

@@ -54,6 +54,7 @@ def test_seconds_and_form(texts: list[str], form: str | None, values: list[float
         ),
         (["30.01.2026 10:00", "31.02.2026 10:00"], 1, "{} is a date or a time that does not exist"),
         (["2026-02-31 10:00:00", "2026-03-01 10:00:00"], 0, "{} is a date or a time that does not exist"),
+        (["2026-02-28T10:00:00Z", "2026-02-31T10:00:00Z"], 1, "{} is a date or a time that does not exist"),
         (["10:00:00", "10:75:00"], 1, "HH:MM:SS with minutes and seconds below 60"),
         (["10:00:75", "10:01:00"], 0, "HH:MM:SS with minutes and seconds below 60"),
         (["0:01.5", "0:75.0"], 1, "seconds below 60"),
@@ -105,3 +106,8 @@ def test_advice_on_swapped_days_can_be_followed(texts: list[str]) -> None:
 
 def test_a_column_of_dates_without_any_date() -> None:
     assert np.isnan(seconds(pd.Series([pd.NaT, pd.NaT]))).all()
+
+
+def test_dates_centuries_apart() -> None:
+    dates = pd.Series(pd.to_datetime(["1700-01-01", "2200-01-01"]).as_unit("ns"))
+    assert seconds(dates).tolist() == [0.0, 182621 * 86400.0]
