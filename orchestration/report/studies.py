@@ -171,11 +171,12 @@ def _importance_chart(storage: Storage) -> Any:
     """Bars of the importance of each parameter; None if the trials do not tell it."""
     import optuna
 
-    evaluator = optuna.importance.PedAnovaImportanceEvaluator()
     # Of two objectives Optuna is told which, and warns that it takes the least for the best, as it should.
     target = None if len(storage.study.directions) == 1 else lambda trial: trial.values[0]
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="PedAnovaImportanceEvaluator computes")
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)  # Optuna 4 says so of it
+        evaluator = optuna.importance.PedAnovaImportanceEvaluator()
         try:
             found = optuna.importance.get_param_importances(storage.study, evaluator=evaluator, target=target)
         except (RuntimeError, ValueError):

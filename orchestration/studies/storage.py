@@ -30,13 +30,12 @@ REASON, EXCESS = "reason", "excess"
 
 
 def import_optuna() -> None:
-    """Load Optuna, or say that it is missing, and silence what it says beside our own words."""
+    """Load Optuna, or say that it is missing, and silence what it logs beside our own words."""
     try:
         import optuna
     except ImportError:
         raise MissingExtraError("tuning", "studies") from None
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-    warnings.filterwarnings("ignore", category=optuna.exceptions.ExperimentalWarning)
 
 
 class Storage:
@@ -167,9 +166,11 @@ def _sampler(study: Study, number: int) -> optuna.samplers.BaseSampler:
         return optuna.samplers.RandomSampler(seed=seed)
     asked = study.constraints and not _sets_constraints()
     excess = (lambda trial: list(trial.user_attrs.get(EXCESS, []))) if asked else None
-    return optuna.samplers.TPESampler(
-        seed=seed, multivariate=True, constant_liar=True, constraints_func=excess
-    )
+    with warnings.catch_warnings():  # Optuna 4 calls these arguments experimental
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        return optuna.samplers.TPESampler(
+            seed=seed, multivariate=True, constant_liar=True, constraints_func=excess
+        )
 
 
 def _sets_constraints() -> bool:

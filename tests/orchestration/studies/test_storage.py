@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import warnings
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,12 @@ TRIAL = Judged(0, {"compensator.gain": 4e-6, "compensator.time_constant": 2000.0
 @pytest.fixture
 def study(folder: Path) -> Study:
     return load_study(str(folder / "study.toml"))
+
+
+def test_loading_optuna_leaves_the_filters_of_warnings_as_they_are() -> None:
+    before = list(warnings.filters)
+    import_optuna()
+    assert warnings.filters == before
 
 
 @pytest.mark.parametrize("name", ["a b", "a?b", "a%20b", "a#b", "a@b", "{b}", "ü;b", "a'b"])
