@@ -8,6 +8,7 @@ import pytest
 
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.remainder.component import COMPONENT
+from warmlink.fmus.remainder.equations import TEMPERATURES
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.diagnose import read
 from warmlink.orchestration.diagnosis.fit.fitted import Carried
@@ -18,7 +19,7 @@ from warmlink.orchestration.diagnosis.fit.wandering import STILL
 from warmlink.orchestration.diagnosis.ladder.baselines import filtered
 from warmlink.orchestration.diagnosis.ladder.delivered import REMAINDER, UNCORRECTED, Delivery
 from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, Scores
-from warmlink.orchestration.diagnosis.ladder.remainder import remainder
+from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, remainder
 from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.machine.heat_paths import built_system
@@ -135,6 +136,29 @@ def test_the_component_gives_what_was_learnt(problem: Problem) -> None:
         told.append(here.get("corrected_elongation"))
     channel = problem.variables.index("link.elongation")
     assert np.abs(np.array(told) - learnt.readings[0][:, channel])[5:].max() < 0.3e-6
+
+
+def outside_in(room: float, learnt: Remainder, idle: float) -> float:
+    """How far outside the component says that it is, at rest in a room in K, with unused places at `idle`."""
+    here = Instance(COMPONENT)
+    here.set(dict(learnt.values))
+    used = [name for name in learnt.wires if name.startswith("temperature[")]
+    unused = {f"temperature[{i}]": idle for i in range(len(used) + 1, TEMPERATURES + 1)}
+    here.set({**dict.fromkeys([*used, "ambient_temperature"], room), **unused})
+    here.initialize()
+    for step in range(5):
+        here.step(600.0 * step, 600.0)
+    return here.get("outside")
+
+
+def test_what_nothing_feeds_is_never_outside(problem: Problem) -> None:
+    """A place without a temperature stays at its start value, whatever the room is."""
+    learnt = remainder(problem, [lacking(problem)])
+    assert learnt is not None
+    assert len(learnt.bank.places) < TEMPERATURES
+    unfed = outside_in(298.15, learnt, 295.15)
+    assert unfed == pytest.approx(outside_in(298.15, learnt, 298.15), abs=1e-9)
+    assert outside_in(308.15, learnt, 295.15) > unfed
 
 
 def test_it_stands_in_the_system_fed_by_the_model_and_by_its_duty(problem: Problem, tmp_path: Path) -> None:
