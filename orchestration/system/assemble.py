@@ -127,13 +127,20 @@ def _resolved(system: System) -> list[Connection]:
     return list(resolver.connections())
 
 
+def owner_of(components: Iterable[str], name: str) -> str:
+    """Component whose variable a full name is, empty if none has it.
+
+    Names of components and of variables may both hold dots; of several components the longest name counts.
+    """
+    return max((each for each in components if name.startswith(f"{each}.")), key=len, default="")
+
+
 def end_of(components: Mapping[str, FmuPart], name: str, where: str = "") -> tuple[str, str]:
     """Component whose variable a full name is, and the variable; InputError if it does not exist."""
-    owners = [owner for owner in components if name.startswith(f"{owner}.")]
-    if not owners:
+    owner = owner_of(components, name)
+    if not owner:
         place, known = f"{where}: " if where else "", instead(name, components)
         raise InputError(f"{place}{name}: there is no component of this name; {known}")
-    owner = max(owners, key=len)
     return owner, name[len(owner) + 1 :]
 
 

@@ -22,6 +22,7 @@ from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, Scores
 from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, remainder
 from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import built_system
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
@@ -164,7 +165,7 @@ def test_what_nothing_feeds_is_never_outside(problem: Problem) -> None:
 def test_it_stands_in_the_system_fed_by_the_model_and_by_its_duty(problem: Problem, tmp_path: Path) -> None:
     learnt = remainder(problem, [lacking(problem)])
     assert learnt is not None
-    whole = with_remainder(built_system(problem.experiment.rig.machine), learnt)
+    whole = with_remainder(built_system(problem.experiment.rig.machine), learnt, FmuStore("native"))
     fed = {link.target: link.source for link in whole.connections}
     assert fed["remainder.speed"] == "duty.speed"
     assert fed["remainder.elongation"] == "link.elongation"
