@@ -30,8 +30,8 @@ _VERSION = "warmlink checkpoint 5"
 class LongRun:
     """How a long run is written to disk.
 
-    The `folder` gets `columns.json`, `values.npy`, which grows with the run, and `checkpoint`, which is written
-    anew after `every` so many communication steps; None writes none. With `resume` the run continues
+    The `folder` gets `columns.json`, `values.npy`, which grows with the run, and `checkpoint`, which is
+    written anew after `every` so many communication steps; None writes none. With `resume` the run continues
     from the checkpoint in the folder, or begins at its start if there is none.
     """
 
