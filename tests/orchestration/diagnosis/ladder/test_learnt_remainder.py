@@ -147,8 +147,7 @@ def outside_in(room: float, learnt: Remainder, idle: float) -> float:
     unused = {f"temperature[{i}]": idle for i in range(len(used) + 1, TEMPERATURES + 1)}
     here.set({**dict.fromkeys([*used, "ambient_temperature"], room), **unused})
     here.initialize()
-    for step in range(5):
-        here.step(600.0 * step, 600.0)
+    here.step(0.0, 300.0)
     return here.get("outside")
 
 
@@ -160,6 +159,14 @@ def test_what_nothing_feeds_is_never_outside(problem: Problem) -> None:
     unfed = outside_in(298.15, learnt, 295.15)
     assert unfed == pytest.approx(outside_in(298.15, learnt, 298.15), abs=1e-9)
     assert outside_in(308.15, learnt, 295.15) > unfed
+
+
+def test_a_spread_of_0_says_what_it_means() -> None:
+    here = Instance(COMPONENT)
+    here.initialize()
+    spreads = [each for each in COMPONENT.outputs if each.name.endswith("_spread")]
+    assert [here.get(name) for each in spreads for name in each.scalar_names] == [0.0] * (TEMPERATURES + 1)
+    assert all(each.description.endswith("0: nothing was learnt") for each in spreads)
 
 
 def test_it_stands_in_the_system_fed_by_the_model_and_by_its_duty(problem: Problem, tmp_path: Path) -> None:
