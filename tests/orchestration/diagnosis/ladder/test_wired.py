@@ -18,8 +18,9 @@ from warmlink.fmus.remainder.equations import FEATURES
 from warmlink.orchestration.diagnosis.answer.extension import write_ssp_of
 from warmlink.orchestration.diagnosis.ladder.bank import Bank
 from warmlink.orchestration.diagnosis.ladder.delivered import Delivery
+from warmlink.orchestration.diagnosis.ladder.predictor import Predictor
 from warmlink.orchestration.diagnosis.ladder.remainder import Remainder
-from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
+from warmlink.orchestration.diagnosis.ladder.wired import with_predictor, with_remainder
 from warmlink.orchestration.fmu_store import FmuStore, Remark
 from warmlink.orchestration.machine.read import RolesTable, with_roles
 from warmlink.orchestration.machine.rig import rig
@@ -100,6 +101,21 @@ def test_what_no_output_gives_leaves_the_remainder_out_with_a_remark(
     assert with_remainder(portal, learnt(source), fmus) == portal
     told = " ".join(capsys.readouterr().err.split())
     assert f"Portal has no output {source}, which the remainder's elongation takes" in told
+
+
+def test_a_logged_signal_that_no_system_has_is_left_to_connect(
+    portal: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    inputs = ("hall", "growth")
+    variables = tuple(fmi2_variable(name, "input", attributes='unit="m" start="0"') for name in inputs)
+    fmu = Lab(tmp_path).fmu("Fits", fmi2("Fits", variables))
+    monkeypatch.setattr("warmlink.orchestration.diagnosis.ladder.wired.predictor_file", lambda fits: fmu)
+    fits = Predictor(COMPONENT, {"hall": "hall_temperature", "growth": "portal.x.growth"}, {})
+    whole = with_predictor(portal, fits)
+    assert [(each.source, each.target) for each in whole.connections] == [
+        ("portal.x.growth", "predictor.growth")
+    ]
+    assert "predictor.hall: Portal has no hall_temperature, which it takes" in capsys.readouterr().err
 
 
 def test_the_remainder_is_of_the_kind_of_fmu_that_was_asked_for(tmp_path: Path) -> None:
