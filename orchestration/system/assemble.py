@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -197,9 +198,16 @@ def variants(path: Path) -> list[str]:
     with archive.open_archive(path) as held:
         found = {name for name in held.namelist() if "/" not in name and name.endswith(".ssd")}
     if len(found) > 1:
-        parts = {part for name in found for part in parts_of(archive.read_member(path, name), name) - {name}}
-        found -= parts - {STRUCTURE}
+        parts = {part for name in found for part in _parts(path, name)}
+        found = found - (parts - {STRUCTURE}) or found
     return sorted((Path(name).stem for name in found), key=lambda name: (name != Path(STRUCTURE).stem, name))
+
+
+def _parts(path: Path, name: str) -> set[str]:
+    """Other SSDs that one in an SSP has as components; of one that is damaged none."""
+    with suppress(InputError):  # which is said when that one is read
+        return parts_of(archive.read_member(path, name), name) - {name}
+    return set()
 
 
 def path_and_variant(system: str) -> tuple[str, str | None]:

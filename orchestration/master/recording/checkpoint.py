@@ -67,8 +67,8 @@ class Checkpoints:
         self._fingerprint = fingerprint
         unable = ", ".join(s.name for s in network.slaves if not s.capabilities.serialize_state)
         if unable and chosen.every is not None:
-            told = f"cannot serialise its state, which checkpoints need; leave out {argument('checkpoint')}"
-            raise InputError(f"{unable}: {told}")
+            remedy = f"leave out {argument('checkpoint')} and {argument('resume')}"
+            raise InputError(f"{unable}: cannot serialise its state, which checkpoints need; {remedy}")
         if chosen.every is not None and chosen.every < 1:
             raise InputError(f"checkpoints: every {chosen.every} steps is not above 0; give a step count")
         self.found = self._load() if chosen.resume else None
@@ -170,13 +170,13 @@ def fingerprint(
     It covers the stop time, since slaves are told it and may keep it in their state, and the bytes of the
     FMUs, since an FMU that was built anew may keep its GUID.
     """
-    slaves = [[s.name for s in assembly.slaves], [*map(_told, assembly.parts.values())]]
+    slaves = [[s.name for s in assembly.slaves], [*map(_entries, assembly.parts.values())]]
     values = sorted((name, sorted(given.items())) for name, given in assembly.values.items())
     parts = (slaves, list(assembly.connections), values, points, algorithm, tuple(names), tolerance)
     return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()
 
 
-def _told(part: FmuPart) -> list[tuple[str, object]]:
+def _entries(part: FmuPart) -> list[tuple[str, object]]:
     """Everything that a part says of itself, whatever fields it has; for its file the bytes stand."""
     said = {**vars(part), "fmu": file_digest(part.fmu)}
     return [(key, sorted(each.items()) if isinstance(each, Mapping) else each) for key, each in said.items()]

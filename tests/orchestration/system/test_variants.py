@@ -62,6 +62,18 @@ def test_without_a_default_no_variant_stands_for_one(lab: Lab) -> None:
         read_system(path)
 
 
+def test_a_variant_that_is_damaged_or_holds_itself_hinders_no_other(lab: Lab) -> None:
+    def holding(name: str) -> str:
+        return ssd(system(component("cell", f"{name}.ssd", attributes=f'type="{DEFINITION_TYPE}"')))
+
+    path = lab.ssp(lab.cell(), {"Bad.ssd": "<", "A.ssd": lab.cell()})
+    assert variants(path) == ["SystemStructure", "A", "Bad"]
+    assert [*read_system(path).components] == ["motor", "link"]
+    circle = write_zip(lab.folder / "circle.ssp", {"A.ssd": holding("B"), "B.ssd": holding("A")})
+    with pytest.raises(InputError, match=r"holds no SystemStructure\.ssd.*but A and B; give"):
+        read_system(circle)
+
+
 def test_an_fmu_leaves_nothing_in_the_cache(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
     lab.entries()
     monkeypatch.setenv("WARMLINK_CACHE", str(lab.folder / "cache"))
