@@ -114,7 +114,7 @@ def describe(what: str | Path, *, variant: str | None = None) -> Description:
     if path.suffix == ".ssp":
         return _of_system(path, variant)
     if variant is not None:
-        told = f"{path.name} has no variants, being no SSP; leave this out"
+        told = f"{path.name} has no variants, being no SSP; leave the variant out"
         raise InputError(f"{argument('variant', variant)}: {told}")
     if path.suffix == ".fmu":
         info = read_description(path)

@@ -183,7 +183,7 @@ class ProgramFile(RowsTables, Settings):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.pose:
-            raise InputError("there is no pose; write [[pose]] above each")
+            raise InputError("there is no pose; write [[pose]] above each pose")
         if len(self.pose) > POSES:
             raise InputError(f"{len(self.pose)} poses are more than the {POSES} that fit; leave some out")
 

@@ -96,7 +96,7 @@ def load_scenario(name: str, variant: str | None = None) -> Scenario:
     """
     path, shipped = Path(name), _shipped()
     if variant is not None and path.suffix != ".toml":
-        raise InputError(f"{argument('variant', variant)}: {name} names no SSP; leave this out")
+        raise InputError(f"{argument('variant', variant)}: {name} names no SSP; leave the variant out")
     if name in shipped:
         return read_scenario(name, read_text(shipped[name], ""))
     if path.suffix == ".toml":
@@ -118,7 +118,7 @@ def _in_variant(tables: Mapping[str, Any], variant: str | None) -> Mapping[str, 
         return tables
     path, _ = path_and_variant(str(tables.get("system", "")))
     if not path.lower().endswith(".ssp"):
-        told = "the scenario's system is no SSP; leave this out"
+        told = "the scenario's system is no SSP; leave the variant out"
         raise InputError(f"{argument('variant', variant)}: {told}")
     return {**tables, "system": f"{path}#{variant}"}
 

@@ -17,8 +17,8 @@ from warmlink.orchestration.console import remark, remark_once
 from warmlink.orchestration.fmu_store import FmuStore, store
 from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.machine.read import NamedMachine, machine_of, with_roles
-from warmlink.orchestration.machine.rig import HeatPath, Paths, Rig, owner_of, rig
-from warmlink.orchestration.system.assemble import component, connected, end_of, read_system
+from warmlink.orchestration.machine.rig import HeatPath, Paths, Rig, rig
+from warmlink.orchestration.system.assemble import component, connected, end_of, owner_of, read_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import Connection, FmuPart, System, Value

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.interface import SENSED
@@ -13,6 +13,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.names import listed
 from warmlink.orchestration.machine.machine import Machine
+from warmlink.orchestration.system.assemble import owner_of
 from warmlink.orchestration.system.model import StartValues
 
 
@@ -41,7 +42,7 @@ def plant_of(machine: Machine, declared: Mapping[str, Component], values: StartV
             f"{machine.name}: {machine.never_joined}, which no model of a design knows; take "
             f"{argument('law', 'regression')}, which learns from a run"
         )
-    among = [wire for wire in machine.wires if {end.rpartition(".")[0] for end in wire} <= {*plant}]
+    among = [wire for wire in machine.wires if {owner_of(machine.parts, end) for end in wire} <= {*plant}]
     joined = join(machine.name, {name: declared[name] for name in plant}, among)
     given = {
         f"{name}.{variable}": float(value)
@@ -50,7 +51,7 @@ def plant_of(machine: Machine, declared: Mapping[str, Component], values: StartV
         if f"{name}.{variable}" in joined.p.index
     }
     (controller, *_) = machine.controllers
-    read = {name: _read_at(f"{controller}.{name}", machine.fed, set(plant)) for name in SENSED}
+    read = {name: _read_at(f"{controller}.{name}", machine, plant) for name in SENSED}
     found = {name: variable for name, variable in read.items() if variable is not None}
     growth = machine.roles.score.without(machine.corrections).weights()
     if others := [name for name in growth if name not in joined.y.index]:
@@ -61,11 +62,11 @@ def plant_of(machine: Machine, declared: Mapping[str, Component], values: StartV
     return Plant(joined, given, tuple(motors), tuple(links), found, growth)
 
 
-def _read_at(name: str, fed: Mapping[str, str], plant: set[str]) -> str | None:
+def _read_at(name: str, machine: Machine, plant: Collection[str]) -> str | None:
     """Variable of the plant that an input reads, through thermometers; None if it reads none."""
-    while name in fed:
-        name = fed[name]
-        if name.rpartition(".")[0] in plant:
+    while name in machine.fed:
+        name = machine.fed[name]
+        if owner_of(machine.parts, name) in plant:
             return name
         # A thermometer's reading is of the temperature of the same channel.
         name = name.replace(".reading[", ".temperature[")

@@ -31,7 +31,7 @@ from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, DUTY, PLAYER, Machine
 from warmlink.orchestration.machine.roles import Roles
 from warmlink.orchestration.machine.shipped import machine_named, machines
-from warmlink.orchestration.system.assemble import connected, path_and_variant, read_system
+from warmlink.orchestration.system.assemble import connected, owner_of, path_and_variant, read_system
 from warmlink.orchestration.system.check import variable_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
@@ -216,8 +216,9 @@ def _driven(system: System, roles: RolesTable, where: str) -> list[tuple[str, st
 
 
 def _check_variable(system: System, name: str, where: str) -> None:
-    instance, _, variable = name.rpartition(".")
-    if instance not in system.components:
-        known = instead(instance or name, system.components)
+    owner = owner_of(system.components, name)
+    if not owner:
+        known = instead(name.rpartition(".")[0] or name, system.components)
         raise InputError(f"{where}: {name}: {system.name} has no such component; {known}")
-    variable_of(read_description(system.components[instance].fmu), variable, f"{where}: {name}")
+    info = read_description(system.components[owner].fmu)
+    variable_of(info, name[len(owner) + 1 :], f"{where}: {name}")

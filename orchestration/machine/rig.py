@@ -23,6 +23,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, PLAYER, Machine
 from warmlink.orchestration.machine.roles import WeightedSum
 from warmlink.orchestration.machine.shipped import machine_named, machines
+from warmlink.orchestration.system.assemble import owner_of
 from warmlink.orchestration.system.model import FmuPart, System, Value
 
 if TYPE_CHECKING:
@@ -205,7 +206,10 @@ class Rig:
 
     def on_link(self, output: str) -> tuple[str, int] | None:
         """Link, and element of its `sensor_temperature`, that an output shows; None if it shows none."""
-        instance, _, variable = output.rpartition(".")
+        if output in self.sums:
+            return None
+        instance = self.part_of(output)
+        variable = output[len(instance) + 1 :]
         name, _, element = variable.partition("[")
         at = AT_SENSOR.get(variable, int(element[:-1]) if name == "sensor_temperature" else None)
         return None if at is None or instance not in self.called("link") else (instance, at)
@@ -302,11 +306,6 @@ def rig(name: str, cells: int = CELLS) -> Rig:
         known = [each for each in machines() if not machine_named(each).program]
         raise InputError(f"system: {name!r} is not one that can be diagnosed; {instead(name, known)}")
     return Rig(machine_named(name), cells)
-
-
-def owner_of(parts: Iterable[str], name: str) -> str:
-    """Part whose variable a full name is; empty if no part has it."""
-    return max((each for each in parts if name.startswith(f"{each}.")), key=len, default="")
 
 
 def _with_values(part: Component, values: Mapping[str, Value]) -> Component:

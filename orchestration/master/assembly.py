@@ -25,7 +25,7 @@ from warmlink.orchestration.master.slaves.versions import Fmi1Slave, Fmi2Slave, 
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.described import described
 from warmlink.orchestration.system.description import ModelInfo
-from warmlink.orchestration.system.model import Connection, System, Value
+from warmlink.orchestration.system.model import Connection, FmuPart, System, Value
 
 # What FMI gives for reading and compiling alone.
 NOT_FOR_RUNNING = ("documentation", "sources")
@@ -51,14 +51,14 @@ SWEEPS = 200
 class Assembly:
     """Slaves in the system's order and connections; used once, then closed.
 
-    Start values are by slave and variable, in the variables' own units; files are those of slaves that come
-    from one; the `workplace`, where FMUs were unpacked, goes on closing.
+    Start values are by slave and variable, in the variables' own units; the parts are those of slaves that
+    are FMUs; the `workplace`, where these were unpacked, is removed on closing.
     """
 
     slaves: Sequence[Slave]
     connections: Sequence[Connection] = ()
     values: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
-    files: Mapping[str, Path] = field(default_factory=dict)
+    parts: Mapping[str, FmuPart] = field(default_factory=dict)
     workplace: ExitStack = field(default_factory=ExitStack)
 
     def close(self) -> None:
@@ -81,11 +81,10 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
     home = unpacked or workplace.enter_context(scratch_folder())
     slaves: list[Slave] = []
     values = {name: component.values for name, component in system.components.items()}
-    files = {name: component.fmu for name, component in system.components.items()}
-    found = Assembly(slaves, system.connections, values, files, workplace)
+    found = Assembly(slaves, system.connections, values, system.components, workplace)
     try:
-        for name, fmu in files.items():
-            folder = unpack(fmu, _home(fmu, home), without=NOT_FOR_RUNNING)
+        for name, part in system.components.items():
+            folder = unpack(part.fmu, _home(part.fmu, home), without=NOT_FOR_RUNNING)
             opened = partial(open_slave, name, infos[name], folder)
             limits = isolation or (UNLIMITED if _is_here(infos[name]) else None)
             slaves.append(

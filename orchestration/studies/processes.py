@@ -224,7 +224,8 @@ def connected(address: str) -> Client:
         client = Client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as fault:
         raise InputError(
-            f"{argument('scheduler', address)}: no Dask scheduler answers there; start one, or leave this out"
+            f"{argument('scheduler', address)}: no Dask scheduler answers there; start one, or "
+            "leave the scheduler out"
         ) from fault
     try:
         client.wait_for_workers(1, timeout=CONNECT_TIMEOUT_S)

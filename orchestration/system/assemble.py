@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -29,18 +30,18 @@ from warmlink.orchestration.system.model import (
 from warmlink.orchestration.system.ssp.arrays import take_apart
 from warmlink.orchestration.system.ssp.net import Net, net_of
 from warmlink.orchestration.system.ssp.resolve import Binding, Resolver
-from warmlink.orchestration.system.ssp.ssd import Reader
+from warmlink.orchestration.system.ssp.ssd import Reader, parts_of
 from warmlink.orchestration.text_files import demand_file
 
 STRUCTURE = "SystemStructure.ssd"
-"""The description of a system that an SSP is read by."""
+"""Name of the SSD that an SSP is read from unless a variant is chosen."""
 
 
 def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -> FmuPart:
     """Give a component of a system, with start values in the variables' own units.
 
-    Writing lists as its connectors what is connected, set, or put out. InputError if the FMU cannot be read
-    or a value does not fit.
+    `write_ssp` lists as its connectors the variables that are connected or have a start value, and its
+    outputs. InputError if the FMU cannot be read or a value does not fit.
     """
     return FmuPart(
         name, fmu, values=checked_values(resized(read_description(fmu), values or {}), values or {}, name)
@@ -84,8 +85,8 @@ def assemble(
 def connected(components: Mapping[str, FmuPart], wires: Iterable[Wire]) -> tuple[Connection, ...]:
     """Give connections between variables of components, with the conversion of their units.
 
-    A component's name may hold dots. InputError if an end does not exist, is driven twice, or kinds, types or
-    quantities do not fit.
+    A component's name may hold dots; a wire given from an input to an output is turned round. InputError if
+    an end does not exist, is driven twice, or kinds, types or quantities do not fit.
     """
     links = [Connection(*end_of(components, source), *end_of(components, target)) for source, target in wires]
     used = {name for link in links for name, _ in link.ends}
@@ -94,15 +95,21 @@ def connected(components: Mapping[str, FmuPart], wires: Iterable[Wire]) -> tuple
 
 
 def check_system(system: System) -> None:
-    """Check a system against its FMUs, whoever made it.
+    """Check a system, read or made in code, against its FMUs; `write_ssp` calls it.
 
     Raises InputError if a connector, start value or connection does not fit, or an input is driven twice.
     """
     for name, held in system.components.items():
         if name != held.name:
-            raise InputError(f"{name}: the component calls itself {held.name}; give it one name")
+            raise InputError(
+                f"{name}: the component under this name is named {held.name}; give both one name"
+            )
         checked_values(described(held), held.values, name)
     for link, found in zip(system.connections, _resolved(system), strict=True):
+        if found.ends == link.ends[::-1]:
+            raise InputError(
+                f"{link.source} -> {link.target}: leads from an input to an output; turn it round"
+            )
         if found != link:
             raise InputError(
                 f"{link.source} -> {link.target}: the units differ by a factor {found.factor:g} and an "
@@ -111,14 +118,15 @@ def check_system(system: System) -> None:
 
 
 def _resolved(system: System) -> list[Connection]:
-    """Give a system's connections with the conversion of their units, as if an SSD had declared them."""
+    """Give a system's connections with the conversion of their units, as they are when an SSD is read."""
     net = net_of(system)
     ends = [node for edge in net.elements[()].connections for node in edge.ends]
-    for node in ends:  # those that their components do not show
+    for node in ends:  # those that their components do not declare as connectors
         element = net.elements.get(node.path)
         if element is not None and element.info is not None and node.connector not in element.connectors:
             causality = variable_of(element.info, node.connector, str(node)).causality
-            # Time, which is of no kind, connects to nothing, as a parameter does.
+            # The independent variable (time) fits no kind; call it a parameter, so that
+            # connecting it is refused.
             kind = causality if causality in CONNECTOR_KINDS else "parameter"
             element.connectors[node.connector] = Connector(kind)
     resolver = Resolver(net)
@@ -127,13 +135,23 @@ def _resolved(system: System) -> list[Connection]:
     return list(resolver.connections())
 
 
+def owner_of(components: Iterable[str], name: str) -> str:
+    """Component whose variable a full name is, empty if none has it.
+
+    Names of components and of variables may both hold dots; of several components the longest name counts.
+    """
+    return max((each for each in components if name.startswith(f"{each}.")), key=len, default="")
+
+
 def end_of(components: Mapping[str, FmuPart], name: str, where: str = "") -> tuple[str, str]:
-    """Component whose variable a full name is, and the variable; InputError if it does not exist."""
-    owners = [owner for owner in components if name.startswith(f"{owner}.")]
-    if not owners:
+    """Component and variable that a full name means.
+
+    InputError if there is no such component; whether that has the variable is not checked.
+    """
+    owner = owner_of(components, name)
+    if not owner:
         place, known = f"{where}: " if where else "", instead(name, components)
         raise InputError(f"{place}{name}: there is no component of this name; {known}")
-    owner = max(owners, key=len)
     return owner, name[len(owner) + 1 :]
 
 
@@ -161,6 +179,10 @@ def read_system(path: str | Path, workdir: Path | None = None, variant: str | No
     >>> wl.simulate(system, "1 h")
     """
     path = Path(path)
+    demand_file(path, "give the path of an .ssp or .fmu file")
+    if _is_fmu(path):
+        refuse_variant(path, variant)
+        return _system_of_one(path)
     try:
         return _read(path, _kept(path) if workdir is None else workdir, variant)
     except RecursionError:
@@ -168,14 +190,28 @@ def read_system(path: str | Path, workdir: Path | None = None, variant: str | No
 
 
 def variants(path: Path) -> list[str]:
-    """Names of the systems in an SSP, that which is run by default first; InputError if it cannot be read."""
+    """Names of the systems in an SSP, without those that are parts of another.
+
+    SystemStructure, which is run unless another is chosen, is first if there is one. InputError if the SSP
+    cannot be read.
+    """
     with archive.open_archive(path) as held:
-        found = {Path(name).stem for name in held.namelist() if "/" not in name and name.endswith(".ssd")}
-    return sorted(found, key=lambda name: (name != Path(STRUCTURE).stem, name))
+        found = {name for name in held.namelist() if "/" not in name and name.endswith(".ssd")}
+    if len(found) > 1:
+        parts = {part for name in found for part in _parts(path, name)}
+        found = found - (parts - {STRUCTURE}) or found
+    return sorted((Path(name).stem for name in found), key=lambda name: (name != Path(STRUCTURE).stem, name))
+
+
+def _parts(path: Path, name: str) -> set[str]:
+    """Other SSDs that one in an SSP has as components; of one that is damaged none."""
+    with suppress(InputError):  # which is said when that one is read
+        return parts_of(archive.read_member(path, name), name) - {name}
+    return set()
 
 
 def path_and_variant(system: str) -> tuple[str, str | None]:
-    """Path of an SSP, and which system in it is meant, as SSP writes both: `chain.ssp#VarB`."""
+    """Split `chain.ssp#VarB` into path and variant, which is None if none is named."""
     path, _, variant = system.rpartition("#")
     return (path, variant) if path.lower().endswith(".ssp") else (system, None)
 
@@ -188,16 +224,23 @@ def refuse_variant(path: Path, variant: str | None) -> None:
 def _refuse_choice(path: Path, chosen: str | None, held: Iterable[Path]) -> None:
     names = sorted(each.stem for each in held)
     if chosen is not None and chosen not in names:
-        remedy = instead(chosen, names) if names else "leave this out"
+        remedy = instead(chosen, names) if names else "leave the variant out"
         raise InputError(f"{argument('variant', chosen)}: no variant of the system in {path.name}; {remedy}")
 
 
 def _kept(path: Path) -> Path:
     """Folder in the cache for the FMUs of a system: runs and studies may need them again."""
-    demand_file(path, "give the path of an .ssp or .fmu file")
     folder = cache_folder() / "systems" / hashlib.sha256(path.read_bytes()).hexdigest()[:16]
     folder.mkdir(parents=True, exist_ok=True)
     return folder
+
+
+def _is_fmu(path: Path) -> bool:
+    """Whether a file is an FMU, by its ending or by what the archive holds."""
+    if path.suffix.lower() in (".fmu", ".ssd"):
+        return path.suffix.lower() == ".fmu"
+    with archive.open_archive(path) as held:
+        return "modelDescription.xml" in held.namelist()
 
 
 def _system_of_one(fmu: Path) -> System:
@@ -218,22 +261,22 @@ def _resize(net: Net, bindings: Sequence[Binding]) -> None:
 
 
 def _read(path: Path, workdir: Path, chosen: str | None) -> System:
-    if path.suffix.lower() == ".fmu":
-        _refuse_choice(path, chosen, ())
-        return _system_of_one(path)
     structure, remarks, held = path, list[str](), set[Path]()
     chosen = None if chosen is None else chosen.removesuffix(".ssd")
     if path.suffix.lower() != ".ssd":
         remarks += archive.repeated_entries(path)
         folder = archive.unpack(path, workdir)
-        if (folder / "modelDescription.xml").is_file():
-            return _system_of_one(path)
         structure, held = folder / (f"{chosen}.ssd" if chosen else STRUCTURE), set(folder.glob("*.ssd"))
+        if held and chosen is None and structure not in held:
+            found = variants(path)
+            told = f"holds no {STRUCTURE}, which is read unless a variant is chosen, but {listed(found)}"
+            raise InputError(f"{path.name}: {told}; give {argument('variant', found[0])}, for example")
     _refuse_choice(path, chosen, held)
     reader = Reader(workdir, remarks=remarks, unpacked=structure == path)
     name, experiment = reader.read(structure)
-    if chosen is None and (others := sorted(each.stem for each in held - reader.documents)):
-        told = f"{listed(others)}; {argument('variant', others[0])} takes that instead"
+    apart = {each.stem for each in held - reader.documents} if chosen is None else set()
+    if apart and (others := [each for each in variants(path) if each in apart]):
+        told = f"{listed(others)}; {argument('variant', others[0])} runs {others[0]} instead"
         remarks.append(f"{path.name}: {structure.stem} is run, one of several variants; beside it {told}")
     if not reader.net.components:
         raise InputError(f"{path.name}: the system {name} has no component; there is nothing to run")
@@ -252,7 +295,8 @@ def _read(path: Path, workdir: Path, chosen: str | None) -> System:
     }
     remarks += [
         f"{each.target}: its start value {components[each.target_component].values[each.target_variable]} "
-        f"has no effect once the run has begun, since {each.source} feeds it; set what makes that"
+        f"has no effect once the run has begun, since {each.source} feeds it; "
+        f"set the parameters of {each.source_component} instead"
         for each in connections
         if each.target_variable in components[each.target_component].values
     ]

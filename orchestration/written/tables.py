@@ -1,8 +1,8 @@
 """Files that people write (TOML), read by pydantic; all mistakes come at once, each in one sentence.
 
-The tables of a file are dataclasses, each a `Table` whose annotations are `entries`. From these come the
-check, the conversion to SI units, the sentence for a mistake and the JSON Schema. Pydantic is imported when a
-file is read that was not read before.
+Each table of a file is a dataclass derived from `Table`, whose fields are annotated with classes of
+`entries`. From these come the check, the conversion to SI units, the sentence for a mistake and the JSON
+Schema. Results are cached on disk, so that pydantic is imported only for content not seen before.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.text_files import read_toml, shortened, shown
 
 MEANINGS = Path(__file__).parents[1] / "schemas" / "meanings.toml"
+"""What each entry means, by the class of its table, for titles and examples in the JSON Schema."""
 
 
 class Table:
@@ -31,10 +32,10 @@ Read = TypeVar("Read")
 
 
 def read_table(kind: type[Read], given: Any, name: str) -> Read:
-    """Read the content of a file, as the TOML parser returns it, as a dataclass of a kind.
+    """Check parsed TOML and return it as an instance of the dataclass `kind`.
 
-    InputError is raised if entries are missing, unknown or wrong; a sentence for each says where, with the
-    name of the file, its value, and the remedy.
+    InputError if entries are missing, unknown or wrong, with a sentence for each: the file by its `name`, the
+    place in it, the value there, and the remedy.
     """
     asked = f"{kind.__module__}.{kind.__qualname__}", given
     return remembered("tables", asked, lambda: _checked(kind, given, name))
@@ -47,7 +48,7 @@ def _checked(kind: Any, given: Any, name: str) -> Any:
         return _adapter(kind).validate_python(given)
     except ValidationError as refused:
         errors = refused.errors(include_url=False)
-    # Unknown entries come first, since one is often a missing one, misspelt, of which no more is said then.
+    # Unknown entries come first: one is often a missing one, misspelt, which is then not called missing.
     unknown = [error for error in errors if error["type"] == _UNKNOWN]
     others = [error for error in errors if error["type"] != _UNKNOWN and not _misspelt(error, unknown)]
     schema = json_schema(kind)
@@ -55,7 +56,7 @@ def _checked(kind: Any, given: Any, name: str) -> Any:
 
 
 def _misspelt(error: Any, unknown: Sequence[Any]) -> bool:
-    """Whether an entry that is missing is one of the unknown ones of its table, misspelt."""
+    """Whether a missing entry seems to be there under a misspelt name, which is among the unknown ones."""
     if error["type"] != "missing":
         return False
     *table, key = error["loc"]
@@ -118,17 +119,19 @@ def _sentence(error: Any, schema: dict[str, Any], name: str) -> str:
         given = f"write {way[-1]} = {_toml(shape['examples'][0])}" if "examples" in shape else ""
         return f"{_place(name, way[:-1])}: {way[-1]} is missing; {given or _heading(way, shape)}"
     if "properties" in shape:
-        return f"{place}: {shown(value)} is no table; give it {listed(sorted(shape['properties']))}"
+        required, known = sorted(shape.get("required", ())), sorted(shape["properties"])
+        entries = listed(required) if required else f"any of {listed(known)}"
+        return f"{place}: {shown(value)} is not a table; write a table with {entries}"
     if "type" in shape.get("items", ()):
         example = _toml([shape["items"]["examples"][0]])
-        return f"{place}: {shown(value)} is no list; write {way[-1]} = {example}"
+        return f"{place}: {shown(value)} is not a list; write {way[-1]} = {example}"
     what = "list of tables" if shape.get("type") == "array" else "table"
-    return f"{place} is not a {what}; {_heading(way, shape)}"
+    return f"{place}: {shown(value)} is not a {what}; {_heading(way, shape)}"
 
 
 def _heading(way: Sequence[str | int], shape: dict[str, Any]) -> str:
     if shape.get("type") == "array":
-        return f"write [[{way[-1]}]] above each"
+        return f"write [[{way[-1]}]] above each of them"
     return f"write [{way[-1]}] above its entries"
 
 
@@ -146,7 +149,7 @@ def _at(schema: dict[str, Any], way: Sequence[str | int]) -> dict[str, Any]:
 
 
 def _place(name: str, way: Sequence[str | int]) -> str:
-    """Place in a file, as `mine: segment 1.duration`."""
+    """Name of a file with the place in it, as `mine: segment 1.duration`."""
     said = ""
     for step in way:
         if isinstance(step, int):

@@ -66,10 +66,10 @@ def test_a_step_that_cannot_be_halved_is_no_failure(capsys: pytest.CaptureFixtur
 def test_one_of_several_descriptions_is_chosen(capsys: pytest.CaptureFixture[str]) -> None:
     found, err = outcome("OMS1550_variants/s", "--step", "0.1 s", capsys=capsys)
     assert found == {"g.y": 1.0}
-    assert "beside it VarB; --variant VarB takes that instead" in err
+    assert "beside it VarB; --variant VarB runs VarB instead" in err
     found, err = outcome("OMS1550_variants/s", "--step", "0.1 s", "--variant", "VarB", capsys=capsys)
     assert found == {"g.y": 2.0}
-    assert "takes that instead" not in err
+    assert "VarB instead" not in err
     path = given("systems_that_fail/OMS1550_variants/s.ssp")
     _, err = simulate(path, "--variant", "VarC", capsys=capsys, expected=2)
     assert "no variant of the system in s.ssp; did you mean VarB?" in err

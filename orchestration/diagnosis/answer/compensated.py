@@ -156,8 +156,9 @@ class _Designed:
                 f"{len(machine.controllers) or 'no place for any'}; name one as controller under [roles]"
             )
         (self._controller,) = machine.controllers
-        split = {name: name.rpartition(".") for name in values if name in self._rig.parameters}
-        given = merged(machine.nominal, *({part: {key: values[n]}} for n, (part, _, key) in split.items()))
+        owners = {name: self._rig.part_of(name) for name in values if name in self._rig.parameters}
+        own = ({part: {name[len(part) + 1 :]: values[name]}} for name, part in owners.items())
+        given = merged(machine.nominal, *own)
         plant = plant_of(machine, self._rig.components, given)
         measured = {self._rig.on_link(name) or name: name for name in problem.variables}
         read = {name: self._rig.on_link(plant.read[name]) or plant.read[name] for name in plant.read}

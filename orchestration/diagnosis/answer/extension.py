@@ -58,7 +58,7 @@ def write_ssp_of(
 
     system = extended(rig, values, store)
     if delivery is not None and delivery.remainder is not None:
-        system = with_remainder(system, delivery.remainder)
+        system = with_remainder(system, delivery.remainder, store)
     if delivery is not None and delivery.predictor is not None:
         system = with_predictor(system, delivery.predictor)
     write_ssp(system, path)

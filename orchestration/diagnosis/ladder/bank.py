@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.fmus.remainder.equations import TEMPERATURES
 from warmlink.orchestration.arrays import Array
@@ -43,6 +44,14 @@ class Bank:
     ambient: str
     constants: tuple[float, ...]
     scale: Array
+
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """Which lags have a feature that something feeds, shape (LAGS,)."""
+        speed, torque, current, power = (name in self.drives for name in _DRIVES)
+        drives = [speed, speed, speed and torque, torque, current, power, bool(self.ambient)]
+        places = [i < len(self.places) for i in range(TEMPERATURES)]
+        return np.array([*drives, *places] * len(self.constants))
 
     def lags(self, problem: Problem, readings: Sequence[Array]) -> list[Array]:
         """Lags of a model's features by run, shape (rows, LAGS) each."""
@@ -130,6 +139,6 @@ def _features(
             rises.append((now + np.append(now[0], now[:-1])) / 2 - room)
         else:
             rises.append(held_means(measured.time, signal(name, _REFERENCE)[:, None], at)[:, 0] - room)
-    idle = [_REFERENCE - room] * (TEMPERATURES - len(places))
+    idle = [np.zeros(at.size)] * (TEMPERATURES - len(places))
     means = held_means(measured.time, np.column_stack(logged), at)
-    return np.column_stack([means, room - _REFERENCE, *rises, *[0.0 * each for each in idle]])
+    return np.column_stack([means, room - _REFERENCE, *rises, *idle])

@@ -100,7 +100,8 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     lags, weighted = bank.lags(problem, readings), {}
     values = {f"time_constant[{k}]": constant for k, constant in enumerate(bank.constants, 1)}
     values |= {f"scale[{j}]": float(each) for j, each in enumerate(bank.scale, 1)}
-    values |= _ends(np.concatenate([table[d.fitted] for table, d in zip(lags, problem.data, strict=True)]))
+    fitted = np.concatenate([table[d.fitted] for table, d in zip(lags, problem.data, strict=True)])
+    values |= _ends(fitted, bank.used)
     for channel, variable in enumerate(problem.variables):
         own = [bank.own(problem, run, each[:, channel]) for run, each in enumerate(readings)]
         taken = variable in (*bank.places, growth)
@@ -120,13 +121,13 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     return replace(found, readings=found.corrected(problem, readings))
 
 
-def _ends(lags: Array) -> dict[str, float]:
-    """The band in which the lags were fitted."""
-    ends = enumerate(zip(lags.min(axis=0).tolist(), lags.max(axis=0).tolist(), strict=True), 1)
+def _ends(lags: Array, used: NDArray[np.bool_]) -> dict[str, float]:
+    """The band in which the used lags were fitted; the others have none, as nothing is learnt of them."""
+    least, largest = lags.min(axis=0).tolist(), lags.max(axis=0).tolist()
     return {
-        f"{name}[{j}]": each
-        for j, both in ends
-        for name, each in zip(("least", "largest"), both, strict=True)
+        f"{name}[{j + 1}]": ends[j]
+        for j in np.flatnonzero(used).tolist()
+        for name, ends in (("least", least), ("largest", largest))
     }
 
 

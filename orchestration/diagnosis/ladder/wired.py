@@ -1,4 +1,8 @@
-"""What stands beside the model that it corrects, as components of the extended system."""
+"""Adds to a system what diagnosis learnt.
+
+That is the remainder that corrects its outputs, or plain fits (linear regressions on logged signals) that
+predict them.
+"""
 
 from __future__ import annotations
 
@@ -12,24 +16,42 @@ from warmlink.orchestration.catalogue import Entry
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.ladder.predictor import Predictor
 from warmlink.orchestration.diagnosis.ladder.remainder import Remainder
-from warmlink.orchestration.fmu_store import FmuStore, own_file, store
-from warmlink.orchestration.system.assemble import component, connected
+from warmlink.orchestration.fmu_store import FmuStore, own_file
+from warmlink.orchestration.system.assemble import component, connected, owner_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 
-INSTANCE, PREDICTOR = "remainder", "predictor"
+REMAINDER, PREDICTOR = "remainder", "predictor"
 
 
-def with_remainder(system: System, learnt: Remainder, built: FmuStore | None = None) -> System:
-    """Put the remainder beside a system, fed by its outputs and by what feeds its inputs."""
-    name = COMPONENT.name
-    fmu = (built or store(None, {name}, remark)).files({name})[name]
-    return _beside(system, INSTANCE, fmu, learnt.wires, learnt.values)
+def with_remainder(system: System, learnt: Remainder, fmus: FmuStore) -> System:
+    """Add the remainder to a system. It reads the system's outputs, and the signals that drive its inputs.
+
+    Where it takes what no output of the system is, as a sum of several, the system stays as it is, and a
+    remark says so: with an input missing the correction would be another one.
+    """
+    sources = {target: _source(system, name) for target, name in learnt.wires.items()}
+    for target, name in learnt.wires.items():
+        if sources[target] is None:
+            remark(
+                f"the extended system is written without the remainder: {system.name} has no output {name}, "
+                f"which the remainder's {target} takes; add a component whose output it is, and name that"
+            )
+            return system
+    return _beside(system, REMAINDER, fmus.files({COMPONENT.name})[COMPONENT.name], sources, learnt.values)
 
 
 def with_predictor(system: System, predictor: Predictor) -> System:
-    """Put plain fits beside a system, fed by what feeds its inputs; InputError if nothing compiles them."""
-    return _beside(system, PREDICTOR, predictor_file(predictor), predictor.inputs)
+    """Add plain fits to a system. They read the signals that drive its inputs.
+
+    A logged signal that is none of the system's stays for others to connect, as a remark says. InputError if
+    nothing on this machine compiles plain fits.
+    """
+    sources = {target: _source(system, name) for target, name in predictor.inputs.items()}
+    for target, name in predictor.inputs.items():
+        if sources[target] is None:
+            remark(f"{PREDICTOR}.{target}: {system.name} has no {name}, which it takes; connect it in a run")
+    return _beside(system, PREDICTOR, predictor_file(predictor), sources)
 
 
 def predictor_file(predictor: Predictor) -> Path:
@@ -38,29 +60,35 @@ def predictor_file(predictor: Predictor) -> Path:
     return own_file(FmuStore("native"), Entry(predictor.component, home))
 
 
+def _source(system: System, name: str) -> str | None:
+    """Output of a system that is a signal, or feeds the input that it is; None if the system has neither.
+
+    Empty where nothing feeds that input.
+    """
+    giving = {link.target: link.source for link in system.connections}.get(name, name)
+    owner = owner_of(system.components, giving)
+    variables = read_description(system.components[owner].fmu).variables if owner else {}
+    found = variables.get(giving[len(owner) + 1 :])
+    if found is None or found.causality not in ("input", "output"):
+        return None
+    return giving if found.causality == "output" else ""
+
+
 def _beside(
     system: System,
     instance: str,
     fmu: Path,
-    wires: Mapping[str, str],
+    sources: Mapping[str, str | None],
     values: Mapping[str, float] = MappingProxyType({}),
 ) -> System:
-    """Put an FMU beside a system.
+    """Add an FMU to a system, with the output that each of its inputs takes.
 
-    An input of the system that nothing feeds leaves the FMU's own open too: whoever feeds one feeds both.
+    Where nothing feeds that input of the system, the FMU's input stays unconnected as well; whoever connects
+    the one must connect the other.
     """
     taken = instance
     while taken in system.components:
         taken += "_"
     parts = {**system.components, taken: component(taken, fmu, dict(values))}
-    fed = {link.target: link.source for link in system.connections}
-    ends = []
-    for target, source in wires.items():
-        giving = fed.get(source, source)
-        part, _, variable = giving.rpartition(".")
-        held = system.components.get(part)
-        info = None if held is None else read_description(held.fmu).variables.get(variable)
-        if info is not None and info.causality == "output":
-            ends.append((giving, f"{taken}.{target}"))
-    links = (*system.connections, *connected(parts, ends))
-    return replace(system, components=parts, connections=links)
+    ends = [(source, f"{taken}.{target}") for target, source in sources.items() if source]
+    return replace(system, components=parts, connections=(*system.connections, *connected(parts, ends)))

@@ -18,13 +18,14 @@ from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, OnReading
 from warmlink.orchestration.diagnosis.practice.hide import WHITE, Noise, noisy
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import value_of, with_values
-from warmlink.orchestration.machine.rig import Rig, owner_of
+from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.duties.duty import PAD_POWER, PAD_TEMPERATURE
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.system.assemble import owner_of
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -155,7 +156,7 @@ def hide_in_machine(
     true = {name: readings[rig.column_of(name)][np.minimum(seen, last)] for name in outputs}
     read = noisy(result.times[rows], true, noise, random, [name for name in outputs if rig.unit(name) == "m"])
     logged = {name: result[sources[name]][rows] for name in inputs if not _steers_pad(inputs[name])}
-    _empty_without_pad(logged, inputs, result, sources, rows)
+    _empty_without_pad(rig, logged, inputs, result, sources, rows)
     columns = {"time [s]": result.times[rows]}
     return columns | dict(_column(rig, name, values) for name, values in {**logged, **read}.items())
 
@@ -195,6 +196,7 @@ def _steers_pad(demand: str) -> bool:
 
 
 def _empty_without_pad(
+    rig: Rig,
     logged: dict[str, Any],
     inputs: Mapping[str, str],
     result: Result,
@@ -206,8 +208,7 @@ def _empty_without_pad(
         mode = result[sources[name]]
         if np.any(mode == PAD_POWER):
             raise InputError("duty: a run is made with a pad held at a temperature; give pad_temperature")
-        part = name.rpartition(".")[0]
-        held = f"{part}.{PAD}"
+        held = f"{rig.part_of(name)}.{PAD}"
         if held in logged:
             logged[held] = np.where(mode[rows] == PAD_TEMPERATURE, logged[held], np.nan)
 

@@ -1,4 +1,4 @@
-"""Checkpoints of long runs: the files in a folder suffice to continue a run bit for bit."""
+"""Checkpoints of long runs, from whose files a later process continues a run bit for bit."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import hashlib
 import os
 from base64 import b64decode, b64encode
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import file_digest
 from warmlink.orchestration.files import stamped, unstamped, whole_file
@@ -19,18 +20,19 @@ from warmlink.orchestration.master.assembly import Assembly
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.recorder import Recorder, Values, writing
 from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.model import FmuPart, Value
 
 FILE = "checkpoint"
-_VERSION = "warmlink checkpoint 4"
+_VERSION = "warmlink checkpoint 5"
 
 
 @dataclass(frozen=True)
 class LongRun:
-    """Stream a run's values into a folder, and leave checkpoints there.
+    """How a long run is written to disk.
 
-    The folder gets `values.npy`, `columns.json` and `checkpoint`, `every` so many communication steps (None:
-    never). To `resume` is to continue from its checkpoint if there is one.
+    The `folder` gets `columns.json`, `values.npy`, which grows with the run, and `checkpoint`, which is
+    written anew after `every` so many communication steps; None writes none. With `resume` the run continues
+    from the checkpoint in the folder, or begins at its start if there is none.
     """
 
     folder: Path
@@ -55,7 +57,7 @@ class Checkpoint:
 class Checkpoints:
     """Writes and reads the checkpoint of one run; the run goes on from the one `found`.
 
-    InputError where a slave cannot serialise its state, or the checkpoint is damaged or another run's.
+    InputError if an FMU cannot serialise its state, or the checkpoint is damaged or belongs to another run.
     """
 
     def __init__(self, chosen: LongRun, network: Network, fingerprint: str) -> None:
@@ -65,17 +67,17 @@ class Checkpoints:
         self._fingerprint = fingerprint
         unable = ", ".join(s.name for s in network.slaves if not s.capabilities.serialize_state)
         if unable and chosen.every is not None:
-            told = "cannot serialise its state, which checkpoints need; run without them"
-            raise InputError(f"{unable}: {told}")
+            remedy = f"leave out {argument('checkpoint')} and {argument('resume')}"
+            raise InputError(f"{unable}: cannot serialise its state, which checkpoints need; {remedy}")
         if chosen.every is not None and chosen.every < 1:
             raise InputError(f"checkpoints: every {chosen.every} steps is not above 0; give a step count")
         self.found = self._load() if chosen.resume else None
-        # The run's values go behind those that the checkpoint found vouches for.
+        # New values are appended to those that the checkpoint counts on.
         rows, digest = (0, "") if self.found is None else (self.found.rows, self.found.digest)
         self.values = Values(chosen.folder, keep=rows, digest=digest)
 
     def next_after(self, point: int, last: int) -> int:
-        """Give the next point at which a checkpoint is due, or the last of the run."""
+        """Give the next point after this one at which a checkpoint is due, at most the run's last point."""
         return last if self.every is None else min(last, (point // self.every + 1) * self.every)
 
     def due(self, point: int) -> bool:
@@ -102,28 +104,28 @@ class Checkpoints:
             os.fsync(file.fileno())
 
     def forget(self) -> None:
-        """Remove the files of an earlier run, so that they are not mistaken for this one's."""
+        """Remove the checkpoint of an earlier run, so that it is not mistaken for one of this run."""
         self.path.unlink(missing_ok=True)
 
     def _load(self) -> Checkpoint | None:
         if not self.path.exists():
             return None
         with self._readable():
-            said = unstamped(self.path.read_bytes()) or {}
-            if said.pop("version", None) != _VERSION:
+            content = unstamped(self.path.read_bytes()) or {}
+            if content.pop("version", None) != _VERSION:
                 raise ValueError("it is damaged, or of another version")
-            found = Checkpoint(**said)
+            found = Checkpoint(**content)
             if not isinstance(found.rows, int) or found.rows < 1:
                 raise ValueError(f"it counts {found.rows!r:.20} rows")
         if found.fingerprint != self._fingerprint:
             raise InputError(
                 f"{self.path}: belongs to another run (system, FMU files, start values, times, algorithm or "
-                "recorded variables differ); resume with what it was started with, or start anew"
+                f"recorded variables differ); give what that run was started with, or {_anew()}"
             )
         return found
 
     def restore(self, recorder: Recorder, stepper: Stepper) -> None:
-        """Put initialized slaves, network and algorithm where the checkpoint found was."""
+        """Bring initialized slaves, network and algorithm to the state in the checkpoint."""
         network, found = self._network, self.found
         assert found is not None
         with self._readable():
@@ -141,14 +143,19 @@ class Checkpoints:
 
     @contextmanager
     def _readable(self) -> Iterator[None]:
-        """Turn what Python says of content that is not what it is taken for into a sentence."""
+        """Raise InputError where the checkpoint's content is malformed."""
         try:
             yield
         except InputError:
             raise
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as fault:
-            told = f"{self.path}: is not a checkpoint that can be read ({fault}); start anew"
+            told = f"{self.path}: is not a checkpoint that can be read ({fault}); {_anew()}"
             raise InputError(told) from None
+
+
+def _anew() -> str:
+    """What starts a run anew in a folder with a checkpoint of no use."""
+    return f"leave out {argument('resume')} to start anew"
 
 
 def fingerprint(
@@ -158,15 +165,18 @@ def fingerprint(
     algorithm: Algorithm,
     tolerance: float | None,
 ) -> str:
-    """Give a digest of everything that determines a run's values, and of what is recorded.
+    """Give a digest of everything that determines a run's values, and of the names of recorded variables.
 
-    The stop time is among it, for slaves are told it and may keep it in their state; so are the FMUs' bytes,
-    for an FMU that was built anew may keep its GUID.
+    It covers the stop time, since slaves are told it and may keep it in their state, and the bytes of the
+    FMUs, since an FMU that was built anew may keep its GUID.
     """
-    slaves = [
-        (s.name, file_digest(assembly.files[s.name]) if s.name in assembly.files else "")
-        for s in assembly.slaves
-    ]
+    slaves = [[s.name for s in assembly.slaves], [*map(_entries, assembly.parts.values())]]
     values = sorted((name, sorted(given.items())) for name, given in assembly.values.items())
     parts = (slaves, list(assembly.connections), values, points, algorithm, tuple(names), tolerance)
     return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()
+
+
+def _entries(part: FmuPart) -> list[tuple[str, object]]:
+    """Everything that a part says of itself, whatever fields it has; for its file the bytes stand."""
+    said = {**vars(part), "fmu": file_digest(part.fmu)}
+    return [(key, sorted(each.items()) if isinstance(each, Mapping) else each) for key, each in said.items()]

@@ -95,11 +95,13 @@ class Values:
     def _check(self) -> None:
         """Refuse values that are not those which the checkpoint counts on."""
         begin, end = self._place(0), self._place(self._keep)
+        anew = f"leave out {argument('resume')} to start anew"
         if not self.path.exists() or self.path.stat().st_size < end:
-            raise InputError(f"{self.path}: lacks values that the checkpoint beside it counts on; start anew")
+            told = f"lacks values that the checkpoint beside it counts on; {anew}"
+            raise InputError(f"{self.path}: {told}")
         self._digest.update(np.memmap(self.path, np.uint8, "r", begin, (end - begin,)).data)
         if self._digest.hexdigest() != self._expected:
-            told = "is damaged, its values are not those that the checkpoint beside it counts on; start anew"
+            told = f"is damaged, its values are not those that the checkpoint beside it counts on; {anew}"
             raise InputError(f"{self.path}: {told}")
 
     def put(self, first: int, rows: Array) -> None:

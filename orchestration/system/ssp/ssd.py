@@ -236,6 +236,12 @@ class Reader:
         return plain if outside else _relative(source, where)
 
 
+def parts_of(document: bytes, where: str) -> set[str]:
+    """Paths in an SSP of the SSDs that an SSD refers to as its components; InputError if it is no XML."""
+    sources = [each.get("source", "") for each in xml.parse_xml(document, where, []).iter("{*}Component")]
+    return {archive.safe_relative(unquote(each.partition("#")[0])) or "" for each in sources}
+
+
 def _relative(source: str, where: str) -> str | None:
     relative = archive.safe_relative(unquote(source))
     if relative is None:

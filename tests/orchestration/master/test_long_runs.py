@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 import zipfile
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +25,14 @@ from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.doubling import StepDoubling
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint, InterfaceNewton
-from warmlink.orchestration.master.recording.checkpoint import LongRun
+from warmlink.orchestration.master.assembly import Assembly
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.recording.checkpoint import LongRun, fingerprint
 from warmlink.orchestration.master.recording.result import RecordTable
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.description import Capabilities
-from warmlink.orchestration.system.model import FmuPart, System
+from warmlink.orchestration.system.model import Connector, FmuPart, System
 
 from .mock import MockSlave
 from .motor_link import motor_link
@@ -194,6 +197,22 @@ def test_an_fmu_built_anew_with_the_same_guid_is_another_run(trivial2: Path, tmp
         archive.writestr("resources/changed", "1")
     with pytest.raises(InputError, match=r"belongs to another run .*FMU files"):
         simulate(pair(fmu), 1.0, 0.1, long_run=long_run)
+
+
+@pytest.mark.parametrize("field", [each.name for each in fields(FmuPart)])
+def test_whatever_a_part_says_of_itself_marks_its_run(field: str, tmp_path: Path) -> None:
+    for name in ("one", "other"):
+        (tmp_path / name).write_text(name)
+    changed: dict[str, Any] = {
+        **{"name": "b", "fmu": tmp_path / "other", "connectors": {"h": Connector("output")}},
+        **{"values": {"u": 1.0}, "implementation": "ModelExchange"},
+    }
+    part = FmuPart("a", tmp_path / "one")
+    one, other = (
+        fingerprint(Assembly([], parts={"a": each}), [], CommunicationPoints(0.0, 0.1, 10), Jacobi(), None)
+        for each in (part, replace(part, **{field: changed[field]}))
+    )
+    assert one != other
 
 
 def test_ctrl_c_leaves_valid_results(trivial2: Path, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
+from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import Isolation
@@ -189,6 +190,13 @@ def pair(motor: Implementation, link: Implementation) -> System:
     }
     wires = [("motor.heat_flow", "link.heat_flow"), ("link.base_temperature", "motor.link_base_temperature")]
     return System("pair", parts, connected(parts, wires))
+
+
+def test_another_interface_of_an_fmu_is_another_run(tmp_path: Path) -> None:
+    long_run = LongRun(tmp_path, every=5, resume=True)
+    simulate(pair("CoSimulation", "CoSimulation"), 1.0, 0.1, long_run=long_run)
+    with pytest.raises(InputError, match="belongs to another run"):
+        simulate(pair("CoSimulation", "ModelExchange"), 1.0, 0.1, long_run=long_run)
 
 
 @pytest.mark.parametrize(

@@ -62,8 +62,8 @@ def test_only_what_changes_the_elongation_touches_the_plant() -> None:
     [
         ("about = ", "not readable as TOML"),
         ("factor = 3", "factor is not known"),
-        ("scale = 3", "scale is not a table"),
-        ("parameters = 3", "parameters is not a table"),
+        ("scale = 3", "scale: 3 is not a table"),
+        ("parameters = 3", "parameters: 3 is not a table"),
         ("[parameters]\nlink.length = '1 m'", "put the whole name in quotes"),
         ("about = 3", "about: 3 is no text"),
         ("[scale]\n'link.length' = " + 400 * "9", "a number beyond 64 bits is no factor"),

@@ -77,7 +77,7 @@ def test_the_pad_mode_follows_from_what_the_segment_gives() -> None:
         (f"{HOUR}segment = 3", "not a list of tables"),
         ("duty = 'nothing'", "nothing: no such duty cycle"),
         ("duty = 'continuous'\nrepeat = true", "repeat beside duty"),
-        ("duty = 'continuous'\nparameters = 3", "parameters is not a table"),
+        ("duty = 'continuous'\nparameters = 3", "parameters: 3 is not a table"),
     ],
 )
 def test_a_bad_scenario_is_refused_in_one_sentence(content: str, sentence: str) -> None:

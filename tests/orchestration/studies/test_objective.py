@@ -57,7 +57,7 @@ def test_a_constraint_tells_by_how_much_it_is_broken() -> None:
 @pytest.mark.parametrize(
     ("table", "sentence"),
     [
-        (3, "3 is no table; give it level, metric and over"),
+        (3, "3 is not a table; write a table with any of level, metric and over"),
         ({"metrik": "rms_um"}, "metrik is not known"),
         ({"metric": "speed"}, "'speed' is not known; choose max_abs_um"),
         ({"over": "median"}, "'median' is not known; did you mean mean?"),

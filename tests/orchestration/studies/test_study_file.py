@@ -87,7 +87,7 @@ def varied(name: str, **table: Any) -> dict[str, Any]:
         (varied("compensator.gain", values=[1], max=3), "has bounds and values"),
         (varied("compensator.gain", min=0, max=1, log=True), "bounds above 0"),
         (varied("compensator.time_constant", min="-1 s", max="9 s"), "time_constant: -1 s is not positive"),
-        (changed(constraint={}), "constraint is not a list"),
+        (changed(constraint={}), "constraint: a table is not a list of tables"),
         (changed(constraint=[{"metric": "rms_um"}]), "constraint 1: at_most is missing"),
         (changed(seed=-1), "seed: -1 is not a whole number from 0 to 4294967295"),
         (changed(tune={"trials": 0}), "tune.trials: 0 is not a whole number from 1 to 100000"),

@@ -203,6 +203,10 @@ def test_on_failure_nothing_is_written(made: System, tmp_path: Path) -> None:
             (Connection("motor", "step", "motor", "ambient"),),
             "motor.step: Motor.fmu has no variable step; did you mean steps?",
         ),
+        (
+            (Connection("rod", "heat_flow", "motor", "heat_flow"),),
+            "rod.heat_flow -> motor.heat_flow: leads from an input to an output; turn it round",
+        ),
     ],
 )
 def test_a_system_made_in_code_is_checked_alike(

@@ -8,6 +8,7 @@ import pytest
 
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.remainder.component import COMPONENT
+from warmlink.fmus.remainder.equations import TEMPERATURES
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.diagnose import read
 from warmlink.orchestration.diagnosis.fit.fitted import Carried
@@ -18,9 +19,10 @@ from warmlink.orchestration.diagnosis.fit.wandering import STILL
 from warmlink.orchestration.diagnosis.ladder.baselines import filtered
 from warmlink.orchestration.diagnosis.ladder.delivered import REMAINDER, UNCORRECTED, Delivery
 from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, Scores
-from warmlink.orchestration.diagnosis.ladder.remainder import remainder
+from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, remainder
 from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import built_system
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
@@ -137,10 +139,40 @@ def test_the_component_gives_what_was_learnt(problem: Problem) -> None:
     assert np.abs(np.array(told) - learnt.readings[0][:, channel])[5:].max() < 0.3e-6
 
 
+def outside_in(room: float, learnt: Remainder, idle: float) -> float:
+    """How far outside the component says that it is, at rest in a room in K, with unused places at `idle`."""
+    here = Instance(COMPONENT)
+    here.set(dict(learnt.values))
+    used = [name for name in learnt.wires if name.startswith("temperature[")]
+    unused = {f"temperature[{i}]": idle for i in range(len(used) + 1, TEMPERATURES + 1)}
+    here.set({**dict.fromkeys([*used, "ambient_temperature"], room), **unused})
+    here.initialize()
+    here.step(0.0, 300.0)
+    return here.get("outside")
+
+
+def test_what_nothing_feeds_is_never_outside(problem: Problem) -> None:
+    """A place without a temperature stays at its start value, whatever the room is."""
+    learnt = remainder(problem, [lacking(problem)])
+    assert learnt is not None
+    assert len(learnt.bank.places) < TEMPERATURES
+    unfed = outside_in(298.15, learnt, 295.15)
+    assert unfed == pytest.approx(outside_in(298.15, learnt, 298.15), abs=1e-9)
+    assert outside_in(308.15, learnt, 295.15) > unfed
+
+
+def test_a_spread_of_0_says_what_it_means() -> None:
+    here = Instance(COMPONENT)
+    here.initialize()
+    spreads = [each for each in COMPONENT.outputs if each.name.endswith("_spread")]
+    assert [here.get(name) for each in spreads for name in each.scalar_names] == [0.0] * (TEMPERATURES + 1)
+    assert all(each.description.endswith("0: nothing was learnt") for each in spreads)
+
+
 def test_it_stands_in_the_system_fed_by_the_model_and_by_its_duty(problem: Problem, tmp_path: Path) -> None:
     learnt = remainder(problem, [lacking(problem)])
     assert learnt is not None
-    whole = with_remainder(built_system(problem.experiment.rig.machine), learnt)
+    whole = with_remainder(built_system(problem.experiment.rig.machine), learnt, FmuStore("native"))
     fed = {link.target: link.source for link in whole.connections}
     assert fed["remainder.speed"] == "duty.speed"
     assert fed["remainder.elongation"] == "link.elongation"
