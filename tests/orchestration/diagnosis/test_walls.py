@@ -16,7 +16,7 @@ BELOW = {
     "fit": ("data", "model", "causes"),
     "ladder": ("data", "model", "causes", "fit"),
     "answer": ("data", "model", "causes", "fit", "ladder"),
-    "terms": ("data", "model", "fit", "ladder", "answer"),
+    "terms": ("data", "model", "causes", "fit", "ladder", "answer"),
     "practice": ("data", "causes"),
     "arm": ("data", "causes", "answer", "practice", "diagnose"),
 }
