@@ -126,7 +126,7 @@ def first_states(
         "delayed_growth": delayed,
         "shares": shares,
         "shares_spread": spread,
-        "unexplained": ((left / SIGMAS) ** 2 + spread[5]) ** 0.5,
+        "unexplained": ((left / SIGMAS) ** 2 + maximum(spread[5], 0.0)) ** 0.5,
     }
 
 
@@ -263,7 +263,8 @@ def _learnt(before: Learnt, shown: Shown, p: Record, since: Number) -> Learnt:
         left = maximum(left, maximum(absolute(found[2]), absolute(rest)))
         learnt.append(found)
     spread = upper(spread - outer(gain, across))
-    return Learnt(delayed, stack(*learnt), spread, ((left / SIGMAS) ** 2 + spread[5]) ** 0.5)
+    unexplained = ((left / SIGMAS) ** 2 + maximum(spread[5], 0.0)) ** 0.5  # rounding leaves less than 0
+    return Learnt(delayed, stack(*learnt), spread, unexplained)
 
 
 def _prior(p: Record) -> Number:

@@ -13,6 +13,7 @@ from warmlink.orchestration.files import with_hash
 from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import parse_unit
+from warmlink.orchestration.text_files import is_file
 
 
 def start_values_of(values: Values) -> dict[str, float]:
@@ -52,6 +53,6 @@ def write_law_values(law: str, values: Values, path: str | Path, title: str, sou
 def source_named(system: str | Path, parameters: Mapping[str, str | float]) -> str:
     """A system or scenario: its name, with the hash of its file if it has one, and what is changed."""
     path = Path(system)
-    name = with_hash(path) if path.suffix in (".toml", ".ssp") and path.is_file() else f"{system} as it ships"
+    name = with_hash(path) if path.suffix in (".toml", ".ssp") and is_file(path) else f"{system} as it ships"
     changes = ", ".join(f"{key} = {value}" for key, value in parameters.items())
     return f"{name} with {changes}" if changes else name
