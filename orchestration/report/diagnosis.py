@@ -100,10 +100,10 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
 
 def _growing(diagnosis: Diagnosis) -> str:
     """Warn where the model to use from now on predicts the held-out rows worse than the uncorrected one."""
-    before, after = diagnosis.held_out[:2]
-    if before is None or after is None or after.in_noise <= before.in_noise or not diagnosis.causes:
+    errors = errors_in_noise(diagnosis, diagnosis.adopted, heldout=True)
+    if errors is None or errors["rmse_after"] <= errors["rmse_before"] or not diagnosis.causes:
         return ""
-    grown = f"from {before.in_noise:.3g} to {after.in_noise:.3g} times the noise"
+    grown = f"from {errors['rmse_before']:.3g} to {errors['rmse_after']:.3g} times the noise"
     return f"The error on held-out rows grows {grown}."
 
 

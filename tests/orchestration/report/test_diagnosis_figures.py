@@ -1,4 +1,4 @@
-"""What the pictures of a diagnosis show: the model to use, over times as people tell them."""
+"""What the page of a diagnosis shows: the model to use, over times as people tell them, and its warning."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from warmlink.orchestration.report.diagnosis import _growing
 from warmlink.orchestration.report.diagnosis_figures import _better, time_unit
 
 
@@ -30,3 +31,16 @@ def test_what_is_drawn_beside_the_model_as_it_stands_is_the_model_to_use() -> No
     assert _better(found) == ("nearest causes", after), "nothing is delivered"
     found.after = before
     assert _better(found) is None
+
+
+def test_the_warning_tells_the_errors_that_the_page_shows() -> None:
+    """It compared others, and said that an error grows from 1.06 to 1.07 where the page shows 1.07 and 1.05."""
+    errors = {"before": (1.07, 1.0, 1.1), "adopted": (1.05, 1.0, 1.1)}
+    reported = SimpleNamespace(rmse=lambda each, heldout: errors[each])
+    held_out = (SimpleNamespace(in_noise=1.06), SimpleNamespace(in_noise=1.07))
+    found: Any = SimpleNamespace(
+        before="before", adopted="adopted", causes=("friction",), reported=reported, held_out=held_out
+    )
+    assert _growing(found) == ""
+    errors["adopted"] = (1.1, 1.0, 1.2)
+    assert _growing(found) == "The error on held-out rows grows from 1.07 to 1.1 times the noise."
