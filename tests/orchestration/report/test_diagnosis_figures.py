@@ -34,7 +34,7 @@ def test_what_is_drawn_beside_the_model_as_it_stands_is_the_model_to_use() -> No
 
 
 def test_the_warning_tells_the_errors_that_the_page_shows() -> None:
-    """It compared others, and said that an error grows from 1.06 to 1.07 where the page shows 1.07 and 1.05."""
+    """It compared others, and said that an error grows from 1.06 to 1.07 beside 1.07 and 1.05 on the page."""
     errors = {"before": (1.07, 1.0, 1.1), "adopted": (1.05, 1.0, 1.1)}
     reported = SimpleNamespace(rmse=lambda each, heldout: errors[each])
     held_out = (SimpleNamespace(in_noise=1.06), SimpleNamespace(in_noise=1.07))
