@@ -254,7 +254,7 @@ def reported(
     """
     variance = believed_variance(filters.quiet, filters.alert, row, x.evidence, taught)
     variance = variance + p.model_std**2 + (estimate - x.elongation) ** 2
-    variance = variance + (1.0 - watched) * _unseen(x, filters.quiet.mean, p) + watched * left**2
+    variance = variance + (1.0 - watched) * _unseen(x, filters.quiet.mean, p) + (watched * left) ** 2
     reported = fail_safe.reported(x, variance**0.5, p, x.distrusted)
     return reported | {
         "retained": retained.kept(x, filters.quiet.mean),
