@@ -70,7 +70,7 @@ def simulate(
 
     Parameters
     ----------
-    system : An .ssp or .fmu file from any tool.
+    system : An .fmu or .ssp file from any tool.
     set_ : Change a start value, for example --set "link.length=400 mm", or as a number in the variable's own
         unit. Repeatable.
     parameters : A parameter set (SSV) with full names, or a single FMU's own. Repeatable.

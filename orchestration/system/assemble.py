@@ -179,7 +179,7 @@ def read_system(path: str | Path, workdir: Path | None = None, variant: str | No
     >>> wl.simulate(system, "1 h")
     """
     path = Path(path)
-    demand_file(path, "give the path of an .ssp or .fmu file")
+    demand_file(path, "give the path of an .fmu or .ssp file")
     if _is_fmu(path):
         refuse_variant(path, variant)
         return _system_of_one(path)
