@@ -11,7 +11,6 @@ from warmlink.controllers.export.lines import wrapped
 from warmlink.controllers.export.program.program import LawProgram
 from warmlink.controllers.export.program.statements import (
     For,
-    Index,
     Invoke,
     KnownNumber,
     Read,
@@ -159,26 +158,12 @@ class StructuredText:
             value = float(np.copysign(3e38, value))
         return number(value)
 
-    def index(self, index: Index) -> str:
-        """Place of an element."""
-        times = "" if index.of_tables == 1 else f"{index.of_tables} * "
-        parts = [
-            *(name if pace == 1 else f"{pace} * {name}" for name, pace in index.terms if pace),
-            *(f"{times}{slot.name}[{self.index(inner)}]" for slot, inner in index.tables),
-        ]
-        text = " + ".join(parts)
-        if not parts:
-            return str(index.constant)
-        if index.constant:
-            text += f" {'+' if index.constant > 0 else '-'} {abs(index.constant)}"
-        return text.replace("+ -", "- ")
-
     def read(self, read: Read) -> str:
         """A variable, or an element of it."""
         slot = read.slot
         record = "fresh" if slot.record == "fresh" else RECORDS.get(slot.record)
         text = f"{record}.{slot.name}" if record else slot.name
-        return text if read.place is None else f"{text}[{self.index(read.place)}]"
+        return text if read.place is None else f"{text}[{read.place.text()}]"
 
     def value(self, value: Value, outer: int = 0) -> str:
         """A value; in brackets where what is around it binds more tightly."""

@@ -60,6 +60,20 @@ class Index:
     tables: tuple[tuple[Slot, Index], ...] = ()
     of_tables: int = 1
 
+    def text(self) -> str:
+        """The place as C and Structured Text alike have it."""
+        times = "" if self.of_tables == 1 else f"{self.of_tables} * "
+        parts = [
+            *(name if pace == 1 else f"{pace} * {name}" for name, pace in self.terms if pace),
+            *(f"{times}{slot.name}[{inner.text()}]" for slot, inner in self.tables),
+        ]
+        if not parts:
+            return str(self.constant)
+        text = " + ".join(parts)
+        if self.constant:
+            text += f" {'+' if self.constant > 0 else '-'} {abs(self.constant)}"
+        return text.replace("+ -", "- ")
+
 
 @dataclass(frozen=True)
 class KnownNumber:
