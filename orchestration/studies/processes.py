@@ -115,11 +115,7 @@ class LocalWorkers(_Processes):
             while waiting or busy:
                 while waiting and len(busy) < self._count():
                     share = waiting.pop()
-                    worker = (
-                        self._idle.pop()
-                        if self._idle
-                        else OtherProcess("worker", _work, self._fmus, classes=(Outcome,))
-                    )
+                    worker = self._idle.pop() if self._idle else self._begun()
                     busy[worker.pipe] = worker, share
                     # One that died meanwhile is found out when its outcome is read.
                     with suppress(ProcessEndedError):

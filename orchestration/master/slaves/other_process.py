@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import multiprocessing
 import os
@@ -12,8 +13,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from types import ModuleType
 from typing import Any
+from weakref import WeakSet
 
 from warmlink.orchestration.master.slaves.frames import HIGH, Frames
 
@@ -22,6 +25,17 @@ PATIENCE = 1.0
 
 START_LIMIT = 60.0
 """For starting the process, before there is an FMU in it, in s: until its first answer, None."""
+
+
+_started: WeakSet[SpawnProcess] = WeakSet()
+
+
+@atexit.register
+def _end_all() -> None:
+    """End what an interruption kept from being ended: at its exit, Python would wait for it for ever."""
+    for process in multiprocessing.active_children():
+        if process in _started:
+            process.kill()
 
 
 class ProcessEndedError(Exception):
@@ -56,6 +70,7 @@ class OtherProcess:
         self._process = context.Process(
             target=_begin, args=(target, other, arguments, classes), daemon=True, name=name
         )
+        _started.add(self._process)
         with _no_interrupts(), without_main():
             self._process.start()
         other.close()

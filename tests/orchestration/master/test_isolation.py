@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import struct
+import subprocess
+import sys
+import time
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -55,6 +58,23 @@ def test_a_process_that_dies_at_an_answer_has_ended() -> None:
     with pytest.raises(ProcessEndedError, match="exit code 7"):
         other.answer(60.0)
     other.end()
+
+
+def test_a_process_that_an_interruption_left_behind_does_not_outlive_its_parent() -> None:
+    # It ignores SIGTERM, with which Python ends what is left at its exit, and then waits for.
+    code = (
+        "from warmlink.orchestration.master.slaves.other_process import OtherProcess\n"
+        "from tests.orchestration.master.test_isolation import wait_for_ever\n"
+        "other = OtherProcess('other', wait_for_ever)\n"
+        "other.answer(60.0)\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def wait_for_ever(pipe: Connection) -> None:
+    """Be at something that has no end."""
+    while True:
+        time.sleep(1.0)
 
 
 def test_a_step_that_never_returns_meets_the_time_limit(trivial2: Path) -> None:
