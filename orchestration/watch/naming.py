@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.watch.combining import Scatter, told_by
 from warmlink.orchestration.watch.hypotheses import THERMOMETER, Hypothesis
 from warmlink.orchestration.watch.shadow import Shadow, corrected
 from warmlink.orchestration.watch.ticks import Tick
@@ -79,6 +80,14 @@ class Explanation(NamedTuple):
         """Whether more is explained than comes by chance."""
         return self.evidence >= self.usual
 
+    @property
+    def size(self) -> str:
+        """The value with its uncertainty and unit; a drift by the hour."""
+        per, unit = 1.0, "" if self.hypothesis.unit == "1" else f" {self.hypothesis.unit}"
+        if self.name != self.hypothesis.name:
+            per, unit = 3600.0, f"{unit}/h"
+        return f"{per * self.value:+.3g} (+- {per * self.std:.2g}){unit}"
+
 
 @dataclass(frozen=True)
 class Naming:
@@ -87,7 +96,7 @@ class Naming:
     Attributes
     ----------
     ranked : explanations, best first, behind those that are unusual those that come by chance
-    excess : chi-square of the readings beyond what noise has, over the time of the best one
+    excess : chi-square of all leanings beyond what they have by chance, over the time of the best one
     """
 
     ranked: Sequence[Explanation]
@@ -124,13 +133,16 @@ class _Seen(NamedTuple):
     end: float
 
 
-def named(shadow: Shadow, ticks: Sequence[Tick], usual: Mapping[str, float], since: float = 0.0) -> Naming:
+def named(
+    shadow: Shadow, ticks: Sequence[Tick], scatter: Scatter, usual: Mapping[str, float], since: float = 0.0
+) -> Naming:
     """Name what explains the last ticks.
 
     Parameters
     ----------
     shadow : as it was before the first of the ticks; it is stepped on
     ticks : the last ones, in order
+    scatter : how leanings scatter where all is sound
     usual : by hypothesis, in standard deviations, what a sum reaches by chance
     since : s of the log at which it was found to begin when less was read; 0 if it was not
     """
@@ -139,17 +151,23 @@ def named(shadow: Shadow, ticks: Sequence[Tick], usual: Mapping[str, float], sin
     drifting = np.array([each.verdict == THERMOMETER for each in hypotheses])
     seen = [_seen(shadow, tick) for tick in ticks]
     found: dict[str, tuple[Explanation, float]] = {}
+    excess_by_tick = scatter.excess
 
     def tried(ages: Iterable[int]) -> None:
         for age in (each for each in ages if 0 < each <= len(seen)):
             since = seen[-age].end - shadow.machine.tick
             table = np.concatenate(_rows(seen[len(seen) - age :], drifting, since))
-            white, leaning = table[:, 0], table[:, 1:]
-            excess = float(np.sum(white**2) - white.size)
+            leaning = table[:, 1 : 1 + len(hypotheses)].T
+            score, means = leaning @ table[:, 0], leaning @ table[:, 1:]
+            chance = means[:, : len(hypotheses)] + age * excess_by_tick
+            told = told_by(chance, np.column_stack([score, means]), scatter.scale)
+            excess = float(score @ told[:, 0]) - np.linalg.matrix_rank(scatter.white)
+            known, said = np.sum(means * told[:, 1:], axis=0), means.T @ told[:, 0]
             for column, (hypothesis, drifts) in enumerate(_columns(hypotheses, drifting)):
                 if hypothesis.wears:
+                    sizes = float(known[column]), float(said[column])
                     by_chance = usual[hypothesis.name] ** 2
-                    each = _explained(hypothesis, drifts, leaning[:, column], white, since, shadow, by_chance)
+                    each = _explained(hypothesis, drifts, *sizes, since, shadow, by_chance)
                     if each.name not in found or each.evidence > found[each.name][0].evidence:
                         found[each.name] = each, excess
 
@@ -206,20 +224,20 @@ def _rows(seen: Sequence[_Seen], drifting: Array, began: float) -> list[Array]:
 def _explained(
     hypothesis: Hypothesis,
     drifts: bool,
-    leaning: Array,
-    white: Array,
+    information: float,
+    score: float,
     since: float,
     shadow: Shadow,
     usual: float,
 ) -> Explanation:
     """Best value of a hypothesis within its bounds, and what it explains."""
-    information = float(leaning @ leaning) + hypothesis.span**-2
-    value = float(leaning @ white) / information
+    information += hypothesis.span**-2
+    value = score / information
     if hypothesis.slots and not drifts:
         now = float(shadow.values[hypothesis.slots[0]])
         low, high = hypothesis.lower - now, hypothesis.upper - now
         value = min(max(value, min(low, 0.0)), max(high, 0.0))
-    evidence = 2 * value * float(leaning @ white) - value**2 * information
+    evidence = 2 * value * score - value**2 * information
     name = hypothesis.name.replace("sensor_offset", "sensor_drift") if drifts else hypothesis.name
     scale = 3600.0 if drifts else 1.0
     return Explanation(name, hypothesis, value / scale, information**-0.5 / scale, evidence, since, usual)
