@@ -74,14 +74,9 @@ class Scatter:
 
     def combined(self, watched: NDArray[np.bool_]) -> Array:
         """Leanings as they tell best each hypothesis that is watched, shape (hypotheses, things)."""
-        return told_by(self.found, self.white[:, watched], self.scale)
-
-    def chance(self, combined: Array) -> Array:
-        """Variance of combined leanings, as a share of that which white innovations give, shape (things,)."""
-        found, white = (
-            np.einsum("ij,ik,kj->j", combined, each, combined) for each in (self.found, self.white)
-        )
-        return np.asarray(found / np.maximum(white, _SMALLEST))
+        found = told_by(self.found, self.white[:, watched], self.scale)
+        sizes = np.einsum("ij,ik,kj->j", found, self.white, found)
+        return np.asarray(found / np.sqrt(np.maximum(sizes, _SMALLEST)))
 
 
 def told_by(scatter: Array, means: Array, scale: Array) -> Array:

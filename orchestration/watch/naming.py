@@ -49,6 +49,12 @@ _ALIKE, _SHARE = 6.0, 0.15
 _EXPLAINED = 0.5
 """Share of what is off that a cause has to explain, else it is unknown."""
 
+_LEANS = 0.5
+"""Share of the largest level from which the test for a cause says so too."""
+
+_TOGETHER = 600.0
+"""s within which a cause whose test does not say so must begin with the best, to stand beside it."""
+
 _MOST = 4
 """Causes in a set; more than that is not a name."""
 
@@ -64,7 +70,7 @@ class Explanation(NamedTuple):
     std : standard deviation of the value
     evidence : chi-square that it explains
     since : s of the log at which it began
-    usual : evidence that comes by chance, as the sound part says
+    level : how far the test for it has come, as a share of the test that has come furthest
     """
 
     name: str
@@ -73,12 +79,12 @@ class Explanation(NamedTuple):
     std: float
     evidence: float
     since: float
-    usual: float
+    level: float
 
     @property
-    def is_unusual(self) -> bool:
-        """Whether more is explained than comes by chance."""
-        return self.evidence >= self.usual
+    def is_leaning(self) -> bool:
+        """Whether the test for it says so too: what explains a moment may be there by chance."""
+        return self.level >= _LEANS
 
     @property
     def size(self) -> str:
@@ -95,7 +101,7 @@ class Naming:
 
     Attributes
     ----------
-    ranked : explanations, best first, behind those that are unusual those that come by chance
+    ranked : explanations, best first, behind those whose test leans the others
     excess : chi-square of all leanings beyond what they have by chance, over the time of the best one
     """
 
@@ -105,11 +111,15 @@ class Naming:
     @property
     def set(self) -> tuple[Explanation, ...]:
         """Explanations that the readings do not tell apart; empty if the cause is unknown."""
-        if not (self.ranked and self.ranked[0].is_unusual):
+        if not (self.ranked and self.ranked[0].is_leaning):
             return ()
         best = self.ranked[0].evidence
         least = best - max(_ALIKE, _SHARE * best)
-        near = tuple(e for e in self.ranked if e.is_unusual and e.evidence >= least)
+        near = tuple(
+            e
+            for e in self.ranked
+            if e.evidence >= least and (e.is_leaning or abs(e.since - self.ranked[0].since) <= _TOGETHER)
+        )
         known = best >= _EXPLAINED * self.excess and len(near) <= _MOST
         return near if known else ()
 
@@ -134,7 +144,7 @@ class _Seen(NamedTuple):
 
 
 def named(
-    shadow: Shadow, ticks: Sequence[Tick], scatter: Scatter, usual: Mapping[str, float], since: float = 0.0
+    shadow: Shadow, ticks: Sequence[Tick], scatter: Scatter, levels: Mapping[str, float], since: float = 0.0
 ) -> Naming:
     """Name what explains the last ticks.
 
@@ -143,7 +153,7 @@ def named(
     shadow : as it was before the first of the ticks; it is stepped on
     ticks : the last ones, in order
     scatter : how leanings scatter where all is sound
-    usual : by hypothesis, in standard deviations, what a sum reaches by chance
+    levels : by hypothesis, how far the test for it has come, as a share of the furthest
     since : s of the log at which it was found to begin when less was read; 0 if it was not
     """
     shadow.clipped = np.inf  # what is named is a fault by now, whose course tells which
@@ -166,8 +176,8 @@ def named(
             for column, (hypothesis, drifts) in enumerate(_columns(hypotheses, drifting)):
                 if hypothesis.wears:
                     sizes = float(known[column]), float(said[column])
-                    by_chance = usual[hypothesis.name] ** 2
-                    each = _explained(hypothesis, drifts, *sizes, since, shadow, by_chance)
+                    level = levels[hypothesis.name]
+                    each = _explained(hypothesis, drifts, *sizes, since, shadow, level)
                     if each.name not in found or each.evidence > found[each.name][0].evidence:
                         found[each.name] = each, excess
 
@@ -178,7 +188,7 @@ def named(
     for begin in begins:
         age = round((seen[-1].end - begin) / shadow.machine.tick)
         tried(each for each in range(age - _FINER, age + _FINER + 1) if each not in _AGES)
-    ranked = sorted(found.values(), key=lambda pair: (not pair[0].is_unusual, -pair[0].evidence))
+    ranked = sorted(found.values(), key=lambda pair: (not pair[0].is_leaning, -pair[0].evidence))
     return Naming([each for each, _ in ranked], ranked[0][1] if ranked else 0.0)
 
 
@@ -228,7 +238,7 @@ def _explained(
     score: float,
     since: float,
     shadow: Shadow,
-    usual: float,
+    level: float,
 ) -> Explanation:
     """Best value of a hypothesis within its bounds, and what it explains."""
     information += hypothesis.span**-2
@@ -240,4 +250,4 @@ def _explained(
     evidence = 2 * value * score - value**2 * information
     name = hypothesis.name.replace("sensor_offset", "sensor_drift") if drifts else hypothesis.name
     scale = 3600.0 if drifts else 1.0
-    return Explanation(name, hypothesis, value / scale, information**-0.5 / scale, evidence, since, usual)
+    return Explanation(name, hypothesis, value / scale, information**-0.5 / scale, evidence, since, level)

@@ -237,13 +237,9 @@ class Watcher:
         first = self.judged - len(self.recent)
         at, shadow = next(pair for pair in self.snapshots if pair[0] >= first)
         since = self.standing.since if self.standing else 0.0
-        assert self.limits is not None
         assert self.learnt is not None
-        scatter = self.learnt.scatter
-        sizes = self.limits.sizes.max(axis=0)[: self.combined.shape[1]]
-        usual = sizes / np.sqrt(scatter.chance(self.combined))
-        by_name = dict(zip(self.things, usual.tolist(), strict=False))
-        return named(twin_of(shadow), list(self.recent)[at - first :], scatter, by_name, since)
+        levels = dict(zip(self.things, (self.levels / self.levels.max()).tolist(), strict=True))
+        return named(twin_of(shadow), list(self.recent)[at - first :], self.learnt.scatter, levels, since)
 
     def _told(self, time: float) -> dict[str, Any]:
         """An alarm, with what it is put down to."""
