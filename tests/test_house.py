@@ -143,6 +143,17 @@ def test_rooms_do_not_import_each_other_in_a_circle() -> None:
     TopologicalSorter(below).prepare()
 
 
+def test_files_do_not_import_each_other_in_a_circle() -> None:
+    """Also inside functions: an import that waits until it is needed is a circle all the same."""
+    below: defaultdict[Path, set[Path]] = defaultdict(set)
+    for path in SOURCES:
+        for name in imports(path):
+            file = ROOT.joinpath(*name.split(".")[1:]).with_suffix(".py")
+            if name.startswith("warmlink.") and file.is_file() and file != path:
+                below[path].add(file)
+    TopologicalSorter(below).prepare()
+
+
 @pytest.mark.parametrize("room", FLOORS)
 def test_rooms_can_be_overlooked(room: str) -> None:
     for folder in {path.parent for path in sources(room)}:
