@@ -171,7 +171,9 @@ class Forward(Simulation):
         points = np.union1d(asked, asked + 1)
         begin = np.searchsorted(points, asked)
         inputs = steps.inputs[np.append(steps.first, steps.first[-1:])[points]]
-        y, by_state, direct = self.equations.observe(states[points, :, 0].T, z, self._p, inputs.T, time[points])
+        y, by_state, direct = self.equations.observe(
+            states[points, :, 0].T, z, self._p, inputs.T, time[points]
+        )
         # (points, outputs, 1 + slots): value and sensitivity through the states
         through = by_state @ states[points]
         through[:, :, 0] = y

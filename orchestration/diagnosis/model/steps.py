@@ -24,7 +24,7 @@ MOST_EVENTS = 150
 MOST_LEVELS = 20_000
 
 _CLOSE = 360.0
-"""s between rows up to which steps are as a resolution says; of rows further apart they are longer in proportion."""
+"""s between rows up to which steps are as a resolution says; beyond, they are longer in proportion."""
 
 _CUTS = 5
 """How often a step may be cut in two."""
