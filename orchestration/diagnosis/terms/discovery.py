@@ -30,10 +30,14 @@ Finding = Literal["equation", "ambiguous", "catalogue", "none"]
 """One equation; a set that the data cannot tell apart; a cause of the catalogue; none earns its place."""
 
 _LOOP = (
-    "FMUs of this machine are simulated in a loop, so that what its readings answer to heat at every moment "
-    "would take a run for each"
+    "FMUs of this machine are simulated in a loop, so that what its readings answer to heat at each place "
+    "and moment would take some hundred runs, and each candidate an FMU of its own; write the term that you "
+    "suspect as [term.NAME] into the experiment, and calibrate its numbers"
 )
 """Why nothing is looked for in a machine whose equations are hidden in FMUs."""
+
+_NO_TERM = "none of the candidates explains the run to within the noise"
+_NO_GAIN = "surroundings that wander explain the run, so that no term is worth its description"
 
 MOST_MEMBERS = 12
 """Equations of a set, at most."""
@@ -123,7 +127,7 @@ def discover(
         because = f"the catalogue explains the run, by {_named(causes)}"
         return replace(found, finding="catalogue", because=because)
     if not explaining:
-        return replace(found, because="none of the candidates explains the run to within the noise")
+        return replace(found, because=_NO_GAIN if search.needs_none else _NO_TERM)
     best = explaining[0]
     near = [
         each

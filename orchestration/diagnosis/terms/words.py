@@ -16,8 +16,9 @@ from warmlink.orchestration.diagnosis.answer.ladder import ladder_lines
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.fit.fitted import what_is_wrong
-from warmlink.orchestration.diagnosis.ladder.delivered import EQUATION
+from warmlink.orchestration.diagnosis.ladder.delivered import Delivery
 from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
+from warmlink.orchestration.diagnosis.ladder.judged import EQUATION
 from warmlink.orchestration.diagnosis.terms.discovery import Discovery, discover
 from warmlink.orchestration.diagnosis.terms.library import Candidate
 from warmlink.orchestration.diagnosis.terms.modelled import Modelled, places_of, with_equation
@@ -129,7 +130,7 @@ def discovered(diagnosis: Diagnosis, progress: Progress = unseen) -> Equation:
     found = searched(diagnosis, progress)
     if found.found:
         equations = tuple(each.predicted for each in found.foretold[:MOST_ALIKE])
-        delivery, best = diagnosis.delivery.with_equations(equations, not found.causes), found.best.model
+        delivery, best = Delivery(diagnosis.judged, equations, not found.causes), found.best.model
         left = what_is_wrong(best.fitter, best.fit) if delivery.by_equation else diagnosis.remaining
         diagnosis = diagnosis.with_delivery(delivery, left)
     equation = Equation(diagnosis, found)

@@ -17,7 +17,7 @@ from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.wandering import STILL
 from warmlink.orchestration.diagnosis.ladder.baselines import filtered
-from warmlink.orchestration.diagnosis.ladder.delivered import REMAINDER, UNCORRECTED, Delivery
+from warmlink.orchestration.diagnosis.ladder.judged import REMAINDER, UNCORRECTED, JudgedModels
 from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, Scores
 from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, remainder
 from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
@@ -71,12 +71,12 @@ def test_noise_asks_for_no_remainder(problem: Problem) -> None:
     assert learnt is None or off(problem, learnt.readings[0]) < 1.1 * off(problem, sound)
 
 
-def delivered(problem: Problem, readings: list[Array]) -> Delivery:
+def delivered(problem: Problem, readings: list[Array]) -> JudgedModels:
     """What is delivered beside a model that has these readings."""
     stands = Fit((), (), np.zeros(0), FitPoint(0.0, (), ()), ())
     model = Predicted(Carried(problem, stands), tuple(readings))
     noise = [NoiseModel(0.1 if problem.experiment.rig.unit(n) == "K" else 4e-7) for n in problem.variables]
-    return Delivery(Scores(problem, noise, stands), STILL, {UNCORRECTED: model}, "unknown", False)
+    return JudgedModels(Scores(problem, noise, stands), STILL, {UNCORRECTED: model}, "unknown", False)
 
 
 def test_the_end_of_one_run_asks_for_no_remainder_as_other_duty_cycles_do_not_speak(problem: Problem) -> None:
