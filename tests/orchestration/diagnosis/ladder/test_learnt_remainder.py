@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from warmlink.fmus.component.instance import Instance
@@ -63,6 +64,24 @@ def test_what_is_missing_is_learnt_where_blocks_ask_for_it(problem: Problem) -> 
     assert off(problem, learnt.readings[0]) < 0.4 * off(problem, readings)
     assert learnt.values["elongation_error"] < 0.5 * off(problem, readings)
     assert learnt.wires["speed"] == "motor.speed"
+
+
+def test_no_remainder_is_learnt_of_what_no_output_of_the_system_is(problem: Problem, tmp_path: Path) -> None:
+    """Such a one could not be wired, so that the extended system would lack what the page counts."""
+    write_csv(hide({}, [Segment(*each) for each in WORK], interval=30.0, seed=5), tmp_path / "run.csv")
+    table = pd.read_csv(tmp_path / "run.csv").rename(columns={"elongation [um]": "half [um]"})
+    table["half [um]"] /= 2
+    table.to_csv(tmp_path / "run.csv", index=False)
+    channels = '[channels]\n"half [um]" = "0.5 * link.elongation"\n'
+    experiment = 'system = "WarmupCell"\n[[run]]\ndata = "run.csv"\n' + channels
+    (tmp_path / "e.toml").write_text(experiment, "utf-8")
+    summed = Problem(read([tmp_path / "e.toml"]))
+    channel = summed.variables.index("0.5 * link.elongation")
+    readings = summed.finest(0, summed.neutral[0]).copy()
+    of_output = lacking(problem)[:, problem.variables.index("link.elongation")]
+    readings[:, channel] = np.interp(summed.data[0].time, problem.data[0].time, of_output) / 2
+    learnt = remainder(summed, [readings])
+    assert learnt is None or "0.5 * link.elongation" not in {*learnt.wires.values(), *learnt.weights}
 
 
 def test_noise_asks_for_no_remainder(problem: Problem) -> None:
