@@ -1,7 +1,10 @@
 """A missing term becomes an equation.
 
-A bearing sticks at low speed, which no cause of the catalogue explains. The missing heat is estimated and
-turned into equations, which one run cannot tell apart; the experiment that is proposed then does.
+A bearing sticks at low speed, which makes heat that no cause of the catalogue explains: the verdict on the
+first run is `unknown`. What the model lacks is estimated as heat over time, and several equations give such
+heat, which this one run cannot tell apart. The experiment that is proposed next goes through more levels of
+speed and torque; both runs together leave one equation, and the extended system has it as an FMU. The two
+answers are printed below; the picture has the missing heat of the first run, and the equation.
 """
 
 import numpy

@@ -145,14 +145,16 @@ def discover(
     if margin < NEAR:  # a cause explains it as well, so that its own form is no other explanation
         passed = [(each, said) for each, said in passed if _disguise(each) not in causes]
         if not passed:
-            because = f"it is {_named(causes)} of the catalogue"
+            because = f"the missing heat is {_named(causes)} of the catalogue"
             return replace(found, finding="catalogue", because=because)
         found = replace(found, causes=causes)
     found = replace(
         found, members=tuple(each for each, _ in passed), foretold=tuple(each for _, each in passed)
     )
     if (cause := _disguise(found.best)) and len(passed) == 1 and not found.causes:
-        return replace(found, finding="catalogue", because=f"it is {_named([cause])} of the catalogue")
+        return replace(
+            found, finding="catalogue", because=f"the missing heat is {_named([cause])} of the catalogue"
+        )
     return replace(found, finding="equation" if len(passed) == 1 and not found.causes else "ambiguous")
 
 

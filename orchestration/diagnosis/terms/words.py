@@ -89,7 +89,8 @@ class Equation:
             told += [f"  and {count - MOST_ALIKE} more equations"] if count > MOST_ALIKE else []
             told += [f"  or the causes {' and '.join(found.causes)}"] if found.causes else []
         else:
-            told.append(f"No equation earns its place: {found.because}.")
+            sought = "earns its place" if found.thought_of else "was looked for"
+            told.append(f"No equation {sought}: {found.because}.")
             if found.tried is not None and found.finding == "none":
                 told.append(f"The best that was tried: {equation_of(found.tried.model)}.")
         if found.missing and found.finding != "catalogue":
@@ -179,12 +180,21 @@ def summary_with(diagnosis: Diagnosis, equation: Equation | None) -> str:
     if not equation.extends:
         lines = [each for each in lines if not (equation.proposed and each.startswith("Next: "))]
         own = equation.lines()
-        return "\n".join([lines[0], *own, *lines[1:]] if equation.leads else [*lines, *own])
+        if equation.leads:
+            return "\n".join([lines[0], *own, *lines[1:]])
+        as_well = "; equations explain it as well" if equation.discovery.found else ""
+        own = [*lines[1:2], *own, *lines[2:]] if as_well else [*lines[1:], *own]
+        return "\n".join([f"{lines[0]}{as_well}", *_with_next_last(own)])
     found = "an equation explains it" if equation.discovery.finding == "equation" else "equations explain it"
     beside = [each for each in lines[1:] if each.startswith(_BESIDE)]
     by_causes = next((each for each in lines[1:] if not each.startswith(_BESIDE)), "")
-    own = [*equation.lines(), *ladder_lines(diagnosis), f"By causes alone: {by_causes}", *beside]
-    return "\n".join([f"{lines[0]}; {found}", *sorted(own, key=lambda each: each.startswith("Next: "))])
+    names = f" ({' and '.join(each.title for each in diagnosis.causes)})" if diagnosis.causes else ""
+    own = [*equation.lines(), *ladder_lines(diagnosis), f"By causes alone{names}: {by_causes}", *beside]
+    return "\n".join([f"{lines[0]}; {found}", *_with_next_last(own)])
+
+
+def _with_next_last(lines: list[str]) -> list[str]:
+    return sorted(lines, key=lambda each: each.startswith("Next: "))
 
 
 _BESIDE = ("Likely slip", "As it stands", "Look at the data")
