@@ -4,8 +4,8 @@ A bearing sticks at low speed, which makes heat that no cause of the catalogue e
 first run is `unknown`. What the model lacks is estimated as heat over time, and several equations give such
 heat, which this one run cannot tell apart. The experiment that is proposed next goes through levels at which
 they differ; both runs together leave one equation, and the extended system has it as an FMU. The picture has
-the missing heat of the first run, and the equation; below are both answers, in which `step` is 1 where what it
-is given is above 0, and 0 elsewhere.
+the missing heat of the first run, and the equation; below are both answers, in which `step` is 1 where what
+it is given is above 0, and 0 elsewhere.
 """
 
 import numpy
