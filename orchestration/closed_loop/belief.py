@@ -51,9 +51,9 @@ def design_check(scenario: Scenario) -> tuple[str | None, bool]:
 
 
 def _learnt(scenario: Scenario) -> bool:
-    """Whether the law was learnt from a measured log, so that no model says what it should be."""
+    """Whether the law was learnt from a log, or found from runs, so that no model says what it should be."""
     laws = scenario.machine.controllers
-    marks = tuple(f"{law}.{name}" for law in laws for name in ("coefficient_spread", "learnt"))
+    marks = tuple(f"{law}.{name}" for law in laws for name in ("coefficient_spread", "learnt", "dynamics["))
     return any(name.startswith(marks) for name in scenario.as_believed.parameters)
 
 
