@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 SUBSTITUTE = "observer"
 """Law that can be designed for any cell; it is proposed if the one in use cannot be designed."""
 
+FROM_RUNS = "linear_observer"
+"""Law that can be designed for any machine."""
+
 REAL_CELLS = 1e-3
 """Relative uncertainty of a real cell's parameters; a cell that is closer to its design counts as ideal."""
 
@@ -84,8 +87,15 @@ class _DesignCheck:
             return None, False
         try:
             return self._designed(law, told, own, changed) if designed else self._other(law, told, changed)
-        except InputError:  # no design knows the plant
-            return None, False
+        except InputError:  # no design knows the plant, but that which is found from runs of it
+            if not designed or own - _NO_PART_OF_A_DESIGN:
+                return None, False
+            anew = _command(self._scenario, changed, FROM_RUNS)
+            then = f"then run with {argument('controller', FROM_RUNS)} {_file_of(FROM_RUNS)}"
+            return (
+                f"{law} was designed for another cell; {told}; find a law from runs of it: {anew}; {then}",
+                False,
+            )
 
     def _designed(self, law: str, told: str, own: set[str], changed: list[str]) -> tuple[str | None, bool]:
         from warmlink.controllers.design.plant import cell_plant
