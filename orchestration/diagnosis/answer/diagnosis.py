@@ -49,10 +49,11 @@ from warmlink.orchestration.diagnosis.ladder.rungs import Ladder
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """All that was found in an experiment by a search."""
+    """All that was found in an experiment by a search; `would_help` says which known values may be wrong."""
 
     experiment: Experiment
     assessment: Assessment
+    would_help: tuple[str, ...] = ()
 
     @cached_property
     def scores(self) -> Scores:
