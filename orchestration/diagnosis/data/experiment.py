@@ -95,8 +95,8 @@ def calibrating(experiment: Experiment) -> Experiment:
     """The same, to look for no cause; raises InputError where nothing is calibrated."""
     if not experiment.calibrated:
         raise InputError(
-            f"{argument('calibrate_only')}: {experiment.title} calibrates nothing; name under [calibrate] in "
-            'an experiment file what is to be fitted, as "link.convection_still" = { min = 2, max = 12 }'
+            f"{argument('only_calibrated')}: {experiment.title} calibrates nothing; name under [calibrate] "
+            'in an experiment file what is to be fitted, as "link.convection_still" = { min = 2, max = 12 }'
         )
     return replace(experiment, only_calibrated=True)
 
