@@ -48,7 +48,7 @@ def test_still_air_counts_in_the_linear_plant_as_at_its_ordinary_rise(plant: Lin
 def test_where_a_run_begins_changes_nothing_of_the_linear_plant(
     coefficient: str, start: dict[str, float]
 ) -> None:
-    """Linear about room temperature: a link that began cold stood cold in a warm room, its capacity did not."""
+    """Linear about room temperature: a link that began cold stood cold in a warm room."""
     varies = {f"{coefficient}_temperature_coefficient": 4e-3}
     one, other = (plant_model(cell_plant(link=link)) for link in (varies, {**varies, **start}))
     for speed in (0.0, USUAL_SPEED):
