@@ -252,6 +252,23 @@ def test_the_project_speaks_of_itself_only() -> None:
             assert home not in path.read_text("utf-8"), f"{name} holds a path of one machine"
 
 
+def test_sentences_name_arguments_that_there_are() -> None:
+    """What `argument` names is one of a function outside the commands, or a field of what is given as one."""
+    library = [path for path in SOURCES if {"command_line", "cli.py"}.isdisjoint(path.parts)]
+    known, named = set[str](), dict[str, str]()
+    for path in library:
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.FunctionDef):
+                known |= {each.arg for each in [*node.args.args, *node.args.kwonlyargs]}
+            elif isinstance(node, ast.ClassDef):
+                fields = (each.target for each in node.body if isinstance(each, ast.AnnAssign))
+                known |= {each.id for each in fields if isinstance(each, ast.Name)}
+            elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "argument":
+                place = f"{path.relative_to(ROOT)}:{node.lineno}"
+                named |= {each.value: place for each in node.args[:1] if isinstance(each, ast.Constant)}
+    assert not {name: at for name, at in named.items() if not known.issuperset(name.split("."))}
+
+
 def test_a_room_that_is_gone_is_noticed() -> None:
     with pytest.raises(AssertionError, match="fmus/parts holds no Python"):
         sources("fmus/parts")
