@@ -205,9 +205,9 @@ class Watching:
         assert watcher.learnt is not None
         folder = f"alarm-{len(self.alarms) + (not again)}"
         system = self.asked.told.machine
-        place = self.folder / folder, str(Path(system).resolve()) if Path(system).is_file() else system
-        offered = watcher.machine, watcher.learnt, list(watcher.recent), watcher.explained
-        return [f"{folder}/{each}" for each in write_offer(*place, *offered, self.asked.design)]
+        system = str(Path(system).resolve()) if Path(system).is_file() else system
+        offered = system, watcher.machine, watcher.learnt, list(watcher.recent), watcher.explained
+        return [f"{folder}/{each}" for each in write_offer(self.folder / folder, *offered, self.asked.design)]
 
     def _of_source(self) -> Iterator[dict[str, Any]]:
         """What the source has to tell; it is not part of what was judged."""
