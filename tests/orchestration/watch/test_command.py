@@ -129,9 +129,7 @@ def test_a_watch_that_is_killed_again_and_again_tells_the_same(
 def test_ctrl_c_ends_it_with_what_was_seen(log: Path, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "warmlink", "watch", log, "--sound", "20 h", "--out", tmp_path]
     running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    for _ in range(200):
-        if (tmp_path / PAGE).is_file():
-            break
+    while not (tmp_path / PAGE).is_file() and running.poll() is None:
         time.sleep(0.1)
     time.sleep(1.0)
     running.send_signal(signal.SIGINT)
