@@ -89,7 +89,7 @@ def test_one_that_is_gone_or_left_out_already_is_not_the_farthest() -> None:
     gone = read(**{f"s{first}": np.nan, f"s{last}": 5.0})
     assert np.flatnonzero(judged(said(too_much=1.0), gone)[1].out).tolist() == [last]
     already = np.arange(SENSORS) == first
-    far = read(**{f"s{first}": 50.0, f"s{last}": 5.0})
+    far = read(**{f"s{first}": 50.0, f"s{last}": 0.05})
     assert np.flatnonzero(judged(said(too_much=1.0), far, out=already)[1].out).tolist() == [first, last]
 
 
