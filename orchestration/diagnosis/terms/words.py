@@ -87,7 +87,8 @@ class Equation:
             told.append(f"These data cannot tell {count + bool(found.causes)} explanations apart:")
             told += [f"  {equation_of(each.model)}" for each in found.members[:MOST_ALIKE]]
             told += [f"  and {count - MOST_ALIKE} more equations"] if count > MOST_ALIKE else []
-            told += [f"  or the causes {' and '.join(found.causes)}"] if found.causes else []
+            named = "cause" if len(found.causes) == 1 else "causes"
+            told += [f"  or the {named} {' and '.join(found.causes)}"] if found.causes else []
         else:
             sought = "earns its place" if found.thought_of else "was looked for"
             told.append(f"No equation {sought}: {found.because}.")
