@@ -18,7 +18,7 @@ from warmlink.orchestration.diagnosis.data.experiment import PER_RUN
 from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber, Item
 from warmlink.orchestration.diagnosis.fit.fitting import held_at, of_numbers
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
-from warmlink.orchestration.diagnosis.ladder.delivered import CALIBRATED
+from warmlink.orchestration.diagnosis.ladder.judged import CALIBRATED
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 

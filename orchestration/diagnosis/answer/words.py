@@ -59,7 +59,7 @@ def _slip_lines(diagnosis: Diagnosis) -> list[str]:
 
 
 def _calibrated(diagnosis: Diagnosis) -> str:
-    without = argument("calibrate_only")
+    without = argument("only_calibrated")
     told = (
         f"After calibration the error still exceeds the noise: leave out {without} to hear what may cause it."
     )

@@ -98,8 +98,8 @@ def calibrating(experiment: Experiment, time_limit: float = math.inf) -> Experim
     """The same, to look for no cause within a time limit in s; InputError where nothing is calibrated."""
     if not experiment.calibrated:
         raise InputError(
-            f"{argument('calibrate_only')}: {experiment.title} calibrates nothing; name under [calibrate] in "
-            'an experiment file what is to be fitted, as "link.convection_still" = { min = 2, max = 12 }'
+            f"{argument('only_calibrated')}: {experiment.title} calibrates nothing; name under [calibrate] "
+            'in an experiment file what is to be fitted, as "link.convection_still" = { min = 2, max = 12 }'
         )
     return replace(experiment, only_calibrated=True, time_limit=time_limit)
 

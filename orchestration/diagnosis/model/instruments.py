@@ -233,10 +233,9 @@ def _followed(signal: Array, times: Array, lag: float, from_rest: bool = False) 
     decay = np.exp(-ratio)
     mean = -np.expm1(-ratio) / ratio
     forced = (1 - mean)[:, None] * signal[1:] + (mean - decay)[:, None] * signal[:-1]
-    result = np.empty_like(signal)
-    result[0] = 0.0 if from_rest else signal[0]
-    state = result[0]
-    for k in range(decay.size):
-        state = decay[k] * state + forced[k]
-        result[k + 1] = state
-    return result
+    from scipy.linalg.lapack import dtbtrs
+
+    # Each row is what is left of the one before and what is forced: a matrix of two diagonals.
+    given = np.vstack([np.zeros_like(signal[:1]) if from_rest else signal[:1], forced])
+    diagonals = np.stack([np.ones(times.size), np.append(-decay, 0.0)])
+    return np.asarray(dtbtrs(diagonals, given, uplo="L", diag="U")[0])

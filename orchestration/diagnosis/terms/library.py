@@ -116,7 +116,7 @@ class Form:
     heat: str
     places: tuple[str, ...] = _EVERYWHERE
     shapes: tuple[ShapeNumber, ...] = ()
-    causes: Mapping[str, str] = field(default_factory=dict)
+    causes: Mapping[str, str] = field(default_factory=dict, hash=False)
 
     def at(self, place: str) -> Form:
         """The form where the heat enters a place."""

@@ -14,6 +14,7 @@ from warmlink.controllers.export.program import tracing
 from warmlink.controllers.export.program.algebra import accumulated, apply, stacked
 from warmlink.controllers.export.program.contraction import contracted
 from warmlink.controllers.export.program.in_place import may_overwrite
+from warmlink.controllers.export.program.noted import Noted
 from warmlink.controllers.export.program.places import place_of
 from warmlink.controllers.export.program.ranges import is_binary
 from warmlink.controllers.export.program.statements import For, Operation, Read, Set, Slot, Statement
@@ -70,7 +71,7 @@ def test_an_array_that_each_turn_needs_alone_becomes_a_number() -> None:
 
 
 def test_flags_are_known_through_what_is_made_of_them() -> None:
-    with tracing.traced():
+    with tracing.traced(Noted):
         x = leaf("state", "x", ())
         warm, cold = truth(x > 300.0), truth(x < 280.0)
         assert is_binary(apply("larger", warm, cold))
@@ -81,7 +82,7 @@ def test_flags_are_known_through_what_is_made_of_them() -> None:
 
 
 def test_what_follows_from_the_design_is_worked_out_in_double() -> None:
-    with tracing.traced():
+    with tracing.traced(Noted):
         decay = leaf("design", "decay", (), np.array(0.99941))
         change = decay - 1.0
         assert (change.kind, float(change.value)) == ("leaf", 0.99941 - 1.0)
@@ -89,7 +90,7 @@ def test_what_follows_from_the_design_is_worked_out_in_double() -> None:
 
 
 def test_what_rounding_leaves_goes_through_vectors_and_choices() -> None:
-    with tracing.traced():
+    with tracing.traced(Noted):
         x, more, asked = leaf("state", "x", (2,)), leaf("input", "more", (2,)), leaf("input", "asked", ())
         assert accumulated(x, more).rest is None
         x.rest = leaf("state", "x_rest", (2,))

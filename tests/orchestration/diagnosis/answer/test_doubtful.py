@@ -8,7 +8,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis import diagnose
-from warmlink.orchestration.diagnosis.answer import diagnosis as answer
+from warmlink.orchestration.diagnosis.answer import findings as answer
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.doubtful import doubts, unchanging_inputs
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
