@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 from warmlink.fmus.names import listed
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.ladder.delivered import (
+from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
+from warmlink.orchestration.diagnosis.ladder.judged import (
     CALIBRATED,
     CAUSES,
     EQUATION,
@@ -15,7 +16,6 @@ from warmlink.orchestration.diagnosis.ladder.delivered import (
     REMAINDER,
     UNCORRECTED,
 )
-from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
 from warmlink.orchestration.diagnosis.ladder.rungs import AS_GOOD, Rung
 
 _WORDS = {
@@ -112,7 +112,7 @@ def _with_plain_fits(diagnosis: Diagnosis, row: LadderRow, before: float, after:
     for channel, rung in diagnosis.delivery.plain.items():
         by_fit.setdefault(_PLAIN[rung.name], []).append(diagnosis.ladder.channels[channel])
     fits = "; ".join(f"{fit} for {listed(names)}" for fit, names in by_fit.items())
-    model = _WORDS.get(diagnosis.delivery.best_model, "uncorrected model")
+    model = _WORDS.get(diagnosis.delivery.others.best_model, "uncorrected model")
     return (
         f"To use from now on: the {model}, and {fits} (outputs of the extended system's part predictor); "
         f"held-out error of {row.channel} {before:.3g} to {after:.3g} {people_write(row.unit)} rms."

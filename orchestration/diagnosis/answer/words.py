@@ -38,6 +38,9 @@ def summary(diagnosis: Diagnosis) -> str:
     lines += [f"Look at the data first: {each}" for each in diagnosis.doubts[:2]]
     lines += [*filter(None, (met_bounds(diagnosis),)), *calibration_doubts(diagnosis)]
     lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:3]]
+    lines += [f"Check the values that you gave: {'; '.join(diagnosis.would_help)}."] * bool(
+        diagnosis.would_help
+    )
     lines += ladder_lines(diagnosis)
     if diagnosis.causes:
         lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")
