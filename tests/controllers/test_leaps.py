@@ -59,3 +59,7 @@ def test_one_that_is_not_there_or_left_out_does_not_count_but_may_return() -> No
     assert heard(320.0, std=0.0) == [0.0]
     assert heard(320.0, out_from=0) == [0.0]
     assert heard(320.0, 300.05, out_from=1) == pytest.approx([20.0, 0.0])
+
+
+def test_one_that_leaps_again_when_it_is_left_out_may_return_from_there() -> None:
+    assert heard(320.0, 340.0, 300.05, out_from=1)[-1] == 0.0
