@@ -205,16 +205,9 @@ class Watching:
         assert watcher.learnt is not None
         folder = f"alarm-{len(self.alarms) + (not again)}"
         system = self.asked.told.machine
-        written = write_offer(
-            self.folder / folder,
-            str(Path(system).resolve()) if Path(system).is_file() else system,
-            watcher.machine,
-            watcher.learnt,
-            list(watcher.recent),
-            watcher.explained,
-            self.asked.design,
-        )
-        return [f"{folder}/{each}" for each in written]
+        system = str(Path(system).resolve()) if Path(system).is_file() else system
+        offered = system, watcher.machine, watcher.learnt, list(watcher.recent), watcher.explained
+        return [f"{folder}/{each}" for each in write_offer(self.folder / folder, *offered, self.asked.design)]
 
     def _of_source(self) -> Iterator[dict[str, Any]]:
         """What the source has to tell; it is not part of what was judged."""

@@ -113,8 +113,10 @@ def test_a_watch_that_is_killed_again_and_again_tells_the_same(
     whole: tuple[Path, str], log: Path, tmp_path: Path
 ) -> None:
     command = [sys.executable, "-m", "warmlink", "watch", log, *ASKED, "--out", tmp_path, "--speed", "4000"]
-    for after in (1.5, 11.0, 2.5, 2.8):
+    for after, has_begun in ((1.5, False), (1.0, True), (2.5, True), (2.8, True)):
         running = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        while has_begun and not (tmp_path / "watch.state").is_file() and running.poll() is None:
+            time.sleep(0.1)
         time.sleep(after)
         running.send_signal(signal.SIGKILL)
         running.wait()
@@ -127,9 +129,7 @@ def test_a_watch_that_is_killed_again_and_again_tells_the_same(
 def test_ctrl_c_ends_it_with_what_was_seen(log: Path, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "warmlink", "watch", log, "--sound", "20 h", "--out", tmp_path]
     running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    for _ in range(200):
-        if (tmp_path / PAGE).is_file():
-            break
+    while not (tmp_path / PAGE).is_file() and running.poll() is None:
         time.sleep(0.1)
     time.sleep(1.0)
     running.send_signal(signal.SIGINT)
