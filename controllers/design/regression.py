@@ -1,42 +1,25 @@
 """Parameter set of the regression law from a simulated run (from a log: controllers/learning)."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from warmlink.controllers.design.gains import sensor_stds
-from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, cell_plant, plant_model
 from warmlink.controllers.design.structure import ALONG, structure_spread
+from warmlink.controllers.design.training import TrainingRun
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import upper
-from warmlink.controllers.observer.model import TrustedDuty
-from warmlink.fmus.component import limits
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
 
 Array = NDArray[np.float64]
-
-PHASES = ((3.43, 2.5, 7200.0), (0.0, 0.0, 3600.0))
-"""Speed in rad/s, torque in N.m and duration in s of the phases of `training_run`."""
 
 SENSORS = ("base_temperature", "tip_temperature")
 """Thermometers that a law uses by default."""
 
 MEMORY_TIME = 600.0
 """s; shorter than the time constants of the link, so that new readings count for more than old ones."""
-
-
-@dataclass(frozen=True)
-class TrainingRun:
-    """Temperatures in K, in the order of `SENSED`, shape (n, 5), and growth in m, shape (n,), of n rows."""
-
-    temperature: Array
-    elongation: Array
 
 
 def fit_regression(
@@ -115,33 +98,6 @@ def reference_temperature_of(run: TrainingRun, sensors: Sequence[str]) -> float:
     used = np.array(sensor_stds(sensors, 1.0)) > 0
     begins_without = abs(run.elongation[0]) <= 1e-6 * np.ptp(run.elongation)
     return float(np.mean(run.temperature[0, used])) if begins_without else ROOM_TEMPERATURE
-
-
-def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
-    """Run of the linear plant through `PHASES`: a warm-up and cooling at rest, from room temperature.
-
-    A plant of None is that of the warm-up cell. The solution is exact for heat that is held over a step in s;
-    the heat is the losses by the motor's own equations.
-    """
-    plant = plant or cell_plant()
-    model = plant_model(plant)
-    p = MOTOR.p.read(limits.checked(MOTOR, "motor", plant.motor)[0])
-    state = np.zeros(model.heat_capacity.size)
-    temperature, elongation = [], []
-    for speed, torque, duration in PHASES:
-        no_feedthrough = np.zeros((len(OUTPUTS), len(INPUTS)))
-        transition, reach, *_ = signal.cont2discrete((*model.at(speed), model.C, no_feedthrough), step)
-        duty = TrustedDuty(speed, torque, 0.0)
-        for _ in range(round(duration / step)):
-            seen = model.C @ state
-            temperature.append(seen[:-1] + ROOM_TEMPERATURE)
-            elongation.append(seen[-1])
-            shaft, winding = temperature[-1][:2]
-            heat = np.zeros(len(INPUTS))
-            heat[0] = copper_loss(winding, duty, p) + iron_loss(duty, p)
-            heat[1] = friction_loss(shaft, duty, p) + p.standby_power
-            state = transition @ state + reach @ heat
-    return TrainingRun(np.array(temperature), np.array(elongation))
 
 
 def _residual(rises: Array, growth: Array, stds: Array) -> float:

@@ -4,12 +4,20 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from warmlink.controllers.design.gains import design_controller, plant_parameters
+import numpy as np
+
+from warmlink.controllers.design.gains import design_controller, plant_parameters, sensor_stds
+from warmlink.controllers.design.identified import identified
+from warmlink.controllers.design.linear_gains import LinearDesign, design_linear, model_parameters
 from warmlink.controllers.design.plant import Plant, no_growth, plant_model
 from warmlink.controllers.design.reduction import reduce_plant
-from warmlink.controllers.design.regression import SENSORS, fit_regression, training_run
+from warmlink.controllers.design.regression import SENSORS, fit_regression
+from warmlink.controllers.design.training import DrivenRun, excitation, training_run
 from warmlink.controllers.observer.model import MODES
 from warmlink.controllers.start_values import Values, design_file
+
+LARGEST, LENGTH = (6.0, 4.0), 8 * 3600.0
+"""Speed in rad/s and torque in N.m up to which the shipped linear observer is made, and s of its runs."""
 
 
 def observer_facts(plant: Plant, sensors: Sequence[str] = SENSORS) -> Values:
@@ -24,8 +32,25 @@ def regression_facts(plant: Plant, sensors: Sequence[str] = SENSORS) -> Values:
     return {**known, "reference_temperature": no_growth(plant)}
 
 
+def linear_design(plant: Plant | None = None, sensors: Sequence[str] = SENSORS) -> LinearDesign:
+    """The linear observer of a plant whose equations are known, from runs of its linear model."""
+    return design_linear(_driven(plant, 3), [*_driven(plant, 4)[3:], training_run(plant)], sensors)
+
+
+def _driven(plant: Plant | None, count: int) -> list[DrivenRun]:
+    return [training_run(plant, excitation(seed, *LARGEST, LENGTH)) for seed in range(count)]
+
+
+def linear_observer_facts(plant: Plant, sensors: Sequence[str] = SENSORS) -> Values:
+    """What the linear observer knows of a plant."""
+    *made_from, chooses = _driven(plant, 3)
+    model = identified(made_from, chooses, np.flatnonzero(sensor_stds(sensors, 1.0)).tolist())
+    return model_parameters(model)
+
+
 PLANT_FACTS: Mapping[str, Callable[..., Values]] = {
     "regression": regression_facts,
+    "linear_observer": linear_observer_facts,
     "observer": observer_facts,
     "observer_drift": observer_facts,
 }
@@ -41,6 +66,7 @@ def shipped_values() -> dict[str, Values]:
         "observer": observer,
         "observer_drift": {name: value for name, value in drift.items() if observer.get(name) != value},
         "regression": fit_regression(training_run()),
+        "linear_observer": linear_design().parameters,
     }
 
 

@@ -9,8 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.controllers.design.regression import MEMORY_TIME, TrainingRun, second_moments
+from warmlink.controllers.design.regression import MEMORY_TIME, second_moments
 from warmlink.controllers.design.structure import ALONG
+from warmlink.controllers.design.training import TrainingRun
 from warmlink.controllers.interface import SENSED, SQUARE_MICROMETRE
 from warmlink.controllers.learning.line import GrowthLine, Held, Learner, doubt
 from warmlink.controllers.learning.logs import WINDOW, Examples, Log, examples_of

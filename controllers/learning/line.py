@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, optimize
 
-from warmlink.controllers.design.regression import TrainingRun
 from warmlink.controllers.design.structure import nearest_shares
+from warmlink.controllers.design.training import TrainingRun
 from warmlink.controllers.learning.logs import Examples
 
 Array = NDArray[np.float64]

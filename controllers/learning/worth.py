@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.controllers.design.regression import TrainingRun
+from warmlink.controllers.design.training import TrainingRun
 from warmlink.controllers.learning.learnt import LearntMap
 from warmlink.controllers.learning.line import Learner
 from warmlink.controllers.learning.logs import BLOCKS, Examples, Log

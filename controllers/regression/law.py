@@ -8,13 +8,12 @@ from the others, and a reading that does not fit is noticed. The growth is smoot
 G. A. F. Seber and A. J. Lee, *Linear Regression Analysis*, 2nd ed., Wiley 2003, chapters 3 and 5.
 """
 
-from typing import NamedTuple
-
 from warmlink.controllers import fail_safe, leaps, smoothing
+from warmlink.controllers.estimate import Estimate, sense
 from warmlink.controllers.interface import SENSED, SQUARE_MICROMETRE, sensed
-from warmlink.controllers.kalman import CrossCovariance, carried_over, gain_of, variance_along
-from warmlink.controllers.matrices import diagonal, dot, outer, symmetric, upper
-from warmlink.fmus.calls import as_c_function, skip_if_zero
+from warmlink.controllers.kalman import carried_over, variance_along
+from warmlink.controllers.matrices import diagonal, dot
+from warmlink.fmus.calls import as_c_function
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, placed, stack, truth, where
 
@@ -24,19 +23,13 @@ LARGEST_GROWTH = 2e-3
 """m; an estimate beyond it is none: the correction is held, and the estimate begins again."""
 
 
-class Estimate(NamedTuple):
-    """Temperatures in K above their means, shape (SENSORS,), and their error's covariance in K^2, packed."""
-
-    mean: Number
-    spread: Number
-
-
 def begin(u: Record, p: Record) -> Values:
     """States at the start: what the first readings say."""
     belief = Estimate(stack(*[0.0] * SENSORS), p.moments)
     readings = sensed(u)
-    belief, trust = sense(belief, fail_safe.at_start(readings), readings, fail_safe.present(readings), p, 0.0)
-    some = fail_safe.in_use(trust, fail_safe.present(readings), p)
+    present = fail_safe.present(readings)
+    belief, trust = _sensed(belief, fail_safe.at_start(readings), readings, present, p, 0.0)
+    some = fail_safe.in_use(trust, present, p)
     smoothed = smoothing.begun(where(some > 0, grown(belief, p), 0.0))
     states = _named(belief, trust, 0.0, smoothed, readings, p)
     return {**states, **leaps.none(readings), "wild": 0.0, "waited": 0.0}
@@ -47,7 +40,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     readings = sensed(u)
     before = fail_safe.trust_of(x)
     news, trust = fail_safe.fresh(before, readings, p, step)
-    belief, trust = sense(_later(x.estimate, x.spread, p, step), trust, readings, news, p, step)
+    belief, trust = _sensed(_later(x.estimate, x.spread, p, step), trust, readings, news, p, step)
     sound, belief = _tamed(belief, p)
     # Where no thermometer tells anything, the mean of what was learnt is no news.
     known = sound * fail_safe.in_use(trust, fail_safe.present(readings), p)
@@ -98,49 +91,12 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     return reported | {"warning": maximum(reported["warning"], x.wild)}
 
 
-def sense(
+def _sensed(
     belief: Estimate, trust: fail_safe.Trust, readings: Number, news: Number, p: Record, step: Number
 ) -> tuple[Estimate, fail_safe.Trust]:
-    """Estimate and trust after the readings, taken one after the other."""
-    gates = fail_safe.gates_of(p, step)
-    memories = []
-    for i in range(SENSORS):
-        used = truth(p.sensor_std[i] > 0)
-        memory = fail_safe.Memory(trust.mean[i], trust.calm_for[i], trust.out[i])
-        rise = readings[i] - p.reference_temperature - p.mean_rise[i]
-        row = placed(1.0, i, SENSORS)
-        belief, memory = _taken((belief, memory), row, rise, p.sensor_std[i], news[i], gates, step, used)
-        memories.append(memory)
-    mean, calm, out = (stack(*each) for each in zip(*memories, strict=True))
-    return belief, trust._replace(mean=mean, calm_for=calm, out=out)
-
-
-@skip_if_zero
-@as_c_function
-def _taken(
-    before: tuple[Estimate, fail_safe.Memory],
-    row: Number,
-    rise: Number,
-    std: Number,
-    news: Number,
-    gates: fail_safe.Gates,
-    step: Number,
-    used: Number,
-) -> tuple[Estimate, fail_safe.Memory]:
-    """Estimate, and memory of a sensor's innovations, after its reading in K above its mean.
-
-    The row is 1 for that sensor, and 0 for all others.
-    """
-    estimate, memory = before
-    noise = where(std > 0, std**2, 1.0)
-    innovation = rise - dot(row, estimate.mean)
-    across = symmetric(estimate.spread, SENSORS) @ row
-    variance = maximum(dot(row, across), 0.0) + noise
-    use, after = fail_safe.gate_reading(memory, used * news, innovation, variance, variance, gates, step)
-    gain = gain_of(row, CrossCovariance(across, across), innovation, noise, use)
-    mean = estimate.mean + across * gain.times
-    spread = estimate.spread - upper(outer(across * gain.share, across))
-    return Estimate(mean, spread), fail_safe.Memory(after.mean, after.calm_for, used * after.out)
+    """Estimate of temperatures in K above their means, and trust, after the readings."""
+    rises = readings - p.reference_temperature - p.mean_rise
+    return sense(belief, trust, lambda i: placed(1.0, i, SENSORS), rises, news, p, step)
 
 
 def _named(

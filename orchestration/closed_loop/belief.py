@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 SUBSTITUTE = "observer"
 """Law that can be designed for any cell; it is proposed if the one in use cannot be designed."""
 
+FROM_RUNS = "linear_observer"
+"""Law that can be designed for any machine."""
+
 REAL_CELLS = 1e-3
 """Relative uncertainty of a real cell's parameters; a cell that is closer to its design counts as ideal."""
 
@@ -51,9 +54,9 @@ def design_check(scenario: Scenario) -> tuple[str | None, bool]:
 
 
 def _learnt(scenario: Scenario) -> bool:
-    """Whether the law was learnt from a measured log, so that no model says what it should be."""
+    """Whether the law was learnt from a log, or found from runs, so that no model says what it should be."""
     laws = scenario.machine.controllers
-    marks = tuple(f"{law}.{name}" for law in laws for name in ("coefficient_spread", "learnt"))
+    marks = tuple(f"{law}.{name}" for law in laws for name in ("coefficient_spread", "learnt", "dynamics["))
     return any(name.startswith(marks) for name in scenario.as_believed.parameters)
 
 
@@ -84,8 +87,15 @@ class _DesignCheck:
             return None, False
         try:
             return self._designed(law, told, own, changed) if designed else self._other(law, told, changed)
-        except InputError:  # no design knows the plant
-            return None, False
+        except InputError:  # no design knows the plant, but that which is found from runs of it
+            if not designed or own - _NO_PART_OF_A_DESIGN:
+                return None, False
+            anew = _command(self._scenario, changed, FROM_RUNS)
+            then = f"then run with {argument('controller', FROM_RUNS)} {_file_of(FROM_RUNS)}"
+            return (
+                f"{law} was designed for another cell; {told}; find a law from runs of it: {anew}; {then}",
+                False,
+            )
 
     def _designed(self, law: str, told: str, own: set[str], changed: list[str]) -> tuple[str | None, bool]:
         from warmlink.controllers.design.plant import cell_plant

@@ -40,16 +40,19 @@ def design(
     may have been measured only now and then. A model, as --scenario, helps where little was measured.
 
     The plant model takes its parameters from the system's motors and links, changed by --set. For a scenario,
-    the connections and the table [roles] say which inputs are driven and which output is scored.
+    the connections and the table [roles] say which inputs are driven and which output is scored. With --law
+    linear_observer the model of a machine whose FMUs nobody here made is found from runs of them, and it is
+    said what the law is worth in runs that it was not made from.
 
     Examples: `warmlink design WarmupCell --law observer --sensors shaft --out shaft_only.ssv`,
+    `warmlink design spindle.toml --law linear_observer`,
     `warmlink design --law regression --data log.csv --report law.html`
 
     Parameters
     ----------
     system : `WarmupCell`, an .ssp file with one motor and one link, or a scenario file (TOML) with any number
-        of motors and links; for `regression`, with any FMUs. With --data: further logs.
-    law : `observer`, `observer_drift` or `regression`.
+        of motors and links; for `linear_observer` and `regression`, with any FMUs. With --data: further logs.
+    law : `observer`, `observer_drift`, `linear_observer` or `regression`.
     data : Logs of one machine to learn a law from, as a logger or a spreadsheet writes them (CSV,
         text, Parquet, Excel), with columns as `base_temperature [degC]` and `elongation [um]`. Repeatable.
     scenario : With --data: a scenario file (TOML) of any machine. Its roles say which variables the columns
@@ -116,8 +119,8 @@ def _design(
     from warmlink.orchestration.studies.design import design as design_law
     from warmlink.orchestration.system.replacement import Replacements
 
-    if report is not None and law == "regression":
-        raise InputError(f"--report {report}: regression has no model to show; leave it out")
+    if report is not None and law in ("regression", "linear_observer"):
+        raise InputError(f"--report {report}: {law} has no model to show; leave it out")
     sensor_std, camera_std, sample_time = figures
     found = design_law(
         system,

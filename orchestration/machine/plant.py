@@ -34,13 +34,16 @@ def plant_of(machine: Machine, declared: Mapping[str, Component], values: StartV
     """
     motors, links = machine.called("motor"), machine.called("link")
     if not motors or not links:
-        raise InputError(f"{machine.name}: a design needs motors and links of warmlink's, and it has none")
+        raise InputError(
+            f"{machine.name}: a design needs motors and links of warmlink's, and it has none; take "
+            f"{argument('law', 'linear_observer')}, whose model is found from runs"
+        )
     paths = (name for name, kind in machine.parts.items() if kind == HEAT_PATH.name)
     plant = [*motors, *links, *paths]
     if machine.scaled:
         raise InputError(
             f"{machine.name}: {machine.never_joined}, which no model of a design knows; take "
-            f"{argument('law', 'regression')}, which learns from a run"
+            f"{argument('law', 'linear_observer')}, whose model is found from runs"
         )
     among = [wire for wire in machine.wires if {owner_of(machine.parts, end) for end in wire} <= {*plant}]
     joined = join(machine.name, {name: declared[name] for name in plant}, among)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warmlink.controllers.design.regression import TrainingRun, training_run
+from warmlink.controllers.design.training import TrainingRun, training_run
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.learning.learnt import LearntMap, learn
 from warmlink.controllers.learning.observers import taught

@@ -2,46 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from warmlink.controllers.design.gains import design_controller
+from warmlink.controllers.design.linear_gains import LinearDesign, design_linear
 from warmlink.controllers.design.middle import middle_advice
 from warmlink.controllers.design.plant import Plant, cell_plant, no_growth
-from warmlink.controllers.design.regression import (
-    TrainingRun,
-    fit_regression,
-    reference_temperature_of,
-    training_run,
-)
+from warmlink.controllers.design.regression import fit_regression, reference_temperature_of
 from warmlink.controllers.design.shipped import PLANT_FACTS
-from warmlink.controllers.interface import SENSED
+from warmlink.controllers.design.training import training_run
 from warmlink.controllers.start_values import Values
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import SHORTEST_SAMPLE_TIME
-from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, listed, several
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.closed_loop.training import refuse_unread, run_of, runs_of
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario
 from warmlink.orchestration.files import temporary_folder
-from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine import DEFAULT
-from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.machine.plant import plant_of
 from warmlink.orchestration.machine.roles import AS_THEY_ARE
 from warmlink.orchestration.machine.shipped import machine_named, machines
-from warmlink.orchestration.master.algorithms.named import algorithm
-from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.replay.learn import LearntLaw, Sources, learnt_law
 from warmlink.orchestration.scenarios.law_values import source_named, start_values_of, write_law_values
 from warmlink.orchestration.scenarios.replaced import with_replaced
@@ -59,8 +48,8 @@ if TYPE_CHECKING:
 SENSORS, SENSOR_STD = ("base", "tip"), 0.1
 """Defaults of a design: the temperatures that the law uses, and the noise of a reading in K."""
 
-WITH_CAMERA = "observer_drift"
-"""The law that uses the camera."""
+WITH_CAMERA, OF_ANY_FMUS = "observer_drift", "linear_observer"
+"""The law that uses the camera, and the observer whose model is found from runs."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -73,7 +62,8 @@ class Designed(Answer):
     sensors : temperatures that it uses
     values : parameters of its component
     plant : what it was designed for; None where that was a run of FMUs
-    reduced : the model that it holds; None for a law without one
+    reduced : the model that it holds; None for a law without one, or that was found from runs
+    found : the model that was found from runs of FMUs, and what the law is worth; None for another law
     source : what it was made from: the system or scenario with the hash of its file, and what was changed
     """
 
@@ -82,6 +72,7 @@ class Designed(Answer):
     values: Values
     plant: Plant | None
     reduced: ReducedPlant | None = None
+    found: LinearDesign | None = None
     source: str = ""
 
     @property
@@ -107,6 +98,8 @@ class Designed(Answer):
                 "reduction_error_um": 1e6 * self.reduced.error.elongation_step,
                 "reduction_error_K": self.reduced.error.temperature_step,
             }
+        if self.found is not None:
+            facts |= {"modes": self.found.model.order, "removed": asdict(self.found.worth)}
         return {**facts, "plant": self.given}
 
     def summary(self) -> str:
@@ -118,6 +111,8 @@ class Designed(Answer):
                 f"{self.reduced.order} modes; the reduction costs at most "
                 f"{1e6 * error.elongation_step:.2g} µm and {error.temperature_step:.2g} K"
             )
+        if self.found is not None:
+            return "\n".join([*lines, *self.found.told()])
         known = listed(list(self.given)) + " changed from nominal" if self.given else "nominal"
         lines.append(f"plant: {'as in a run of its FMUs' if self.plant is None else known}")
         advice = None if self.reduced is None or self.plant is None else middle_advice(self.plant)
@@ -142,8 +137,8 @@ def design(
     Parameters
     ----------
     system : WarmupCell, an SSP with one motor and one link, or a scenario (TOML) of any motors and links; for
-        the regression, which is fitted to a run of it, one with any FMUs
-    law : observer, observer_drift or regression
+        the linear observer and the regression, which are found from runs of it, a scenario with any FMUs
+    law : observer, observer_drift, linear_observer or regression
     sensors : temperatures that the law uses: any of shaft, winding, base, middle, tip; by default those that
         the scenario says, or base and tip
     sensor_std : standard deviation of the noise of a thermometer in K; what the scenario says, or 0.1 K
@@ -189,21 +184,25 @@ def design(
             f"{argument('sample_time', sample_time)}: is too short; give at least {SHORTEST_SAMPLE_TIME:g} s"
         )
     held = None if scenario is None else scenario.machine
+    if law == OF_ANY_FMUS:
+        read = changed(scenario or load_scenario(DEFAULT_SCENARIO), controller=law, parameters=parameters)
+        made = _from_runs(read, str(system), sensors, noise, period)
+        return Designed(law, tuple(sensors), made.parameters, None, found=made, source=source)
     foreign = law == "regression" and held is not None and held.foreign.keys() - held.reduced.keys()
     plant = None if foreign else _plant(str(system), parameters) if scenario is None else plant_in(scenario)
     if scenario is not None and plant is not None:
-        _refuse_unread(scenario.machine, sensors, plant.read)
+        refuse_unread(scenario.machine, sensors, plant.read)
     if law == "regression":
         if scenario is None or plant is not None:
             facts = {"reference_temperature": no_growth(plant or cell_plant())}
             values = {**fit_regression(training_run(plant), list(sensors), noise), **facts}
         else:
-            run = _run_of(scenario, sensors)
+            run = run_of(scenario, sensors)
             values = fit_regression(run, list(sensors), noise, reference_temperature_of(run, sensors))
         return Designed(law, tuple(sensors), {**values, "sample_time": period}, plant, source=source)
     camera = None if camera_std is None else positive(camera_std, "m", argument("camera_std"))
     found = design_controller(law, list(sensors), noise, period, plant, camera_std=camera)
-    return Designed(law, tuple(sensors), found.parameters, plant, found.reduced, source)
+    return Designed(law, tuple(sensors), found.parameters, plant, found.reduced, source=source)
 
 
 def _learnt(
@@ -278,43 +277,21 @@ def _plant(system: str, given: Mapping[str, str | float]) -> Plant:
         return with_values(cell_plant_in(read), given)
 
 
-def _run_of(scenario: Scenario, sensors: Sequence[str]) -> TrainingRun:
-    """Temperatures that the controller reads in a run of the FMUs, without noise, and what it should correct.
-
-    InputError where it reads none of a sensor that it is to go by, or the run fails.
-    """
-    machine = scenario.machine
-    (controller, *_) = machine.controllers
-    fed = {target for _, target in machine.wires}
-    read = [name for name in SENSED if f"{controller}.{name}" in fed]
-    _refuse_unread(machine, sensors, read)
-    quiet = replace(scenario.as_believed, sensors=replace(scenario.in_use, noise=0.0))
-    system = quiet.system(quiet.files(store(None, sorted(quiet.kinds), remark)))
-    record = [*(f"{controller}.{name}" for name in read), *machine.roles.uncompensated.variables]
-    with progress_bar(f"A run of {machine.name} to fit the regression to") as show:
-        run = simulate(
-            system,
-            quiet.stop_time,
-            quiet.step_size,
-            algorithm(quiet.master),
-            record=record,
-            progress=lambda done, count: show(done / count),
-        )
-    if run.reason is not None:
-        raise InputError(f"{machine.name}: {run.reason}")
-    still = np.full(run.times.size, ROOM_TEMPERATURE)
-    temperatures = [run[f"{controller}.{name}"] if name in read else still for name in SENSED]
-    return TrainingRun(np.column_stack(temperatures), machine.roles.uncompensated.value(run.__getitem__))
-
-
-def _refuse_unread(machine: Machine, sensors: Sequence[str], read: Collection[str]) -> None:
-    """Raise InputError where a controller reads none of a sensor that it is to go by, or no temperature."""
-    (controller, *_) = machine.controllers
-    if not read:
+def _from_runs(
+    scenario: Scenario, system: str, sensors: Sequence[str], noise: float, period: float
+) -> LinearDesign:
+    """A linear observer from runs of a scenario's FMUs; InputError where it would be worse than none."""
+    if not (system == DEFAULT or system.endswith(".toml")):
         raise InputError(
-            f"{machine.name}: feeds no thermometer to {controller}; wire one to it, as base_temperature"
+            f"{system}: a law that is found from runs needs a duty cycle, and roles of variables; name a "
+            "scenario file (TOML) with system and [roles]"
         )
-    for name in sensors:
-        if f"{name.removesuffix('_temperature')}_temperature" not in read:
-            told = f"{machine.name} feeds no {name} to {controller}; {instead(name, read)}"
-            raise InputError(f"{argument('sensors')}: {told}")
+    *runs, judge, own = runs_of(scenario, sensors)
+    found = design_linear(runs, [judge, own], sensors, noise, period)
+    if not found.worth.observer > 0:
+        known = listed([*sensors, "the duty"])
+        raise InputError(
+            f"{scenario.machine.name}: {known} do not show its growth: the law would be off by "
+            f"{1e6 * found.worth.left:.3g} µm, as far as no controller; wire a thermometer near to what grows"
+        )
+    return found

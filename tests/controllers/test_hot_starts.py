@@ -11,7 +11,8 @@ from benchmarks.faults import learnt_values, rig
 from benchmarks.law_trials import AS_MODELLED, mismatched
 from benchmarks.told import Outcome, Told, bare_cell, truth
 from warmlink.controllers.design.gains import design_controller
-from warmlink.controllers.design.regression import fit_regression, training_run
+from warmlink.controllers.design.regression import fit_regression
+from warmlink.controllers.design.training import training_run
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import by_scalar
 from warmlink.fmus.duty_cycle.equations import DEMANDS

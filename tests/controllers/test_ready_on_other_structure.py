@@ -9,8 +9,9 @@ import pytest
 from benchmarks.faults import rig, truth_of
 from benchmarks.strange_machine import Demand, Machine, Room
 from tests.shared_data import given
-from warmlink.controllers.design.regression import fit_regression, training_run
+from warmlink.controllers.design.regression import fit_regression
 from warmlink.controllers.design.structure import INSIDE, structure_spread
+from warmlink.controllers.design.training import training_run
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import symmetric
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER

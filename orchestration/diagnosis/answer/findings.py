@@ -44,10 +44,14 @@ from warmlink.orchestration.diagnosis.ladder.prediction import (
 
 @dataclass(frozen=True)
 class Findings:
-    """All that was found in an experiment by a search, whatever model is delivered in the end."""
+    """All that was found in an experiment by a search, whatever model is delivered in the end.
+
+    `would_help` says which known values may be wrong.
+    """
 
     experiment: Experiment
     assessment: Assessment
+    would_help: tuple[str, ...] = ()
 
     @cached_property
     def scores(self) -> Scores:

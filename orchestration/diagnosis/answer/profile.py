@@ -111,7 +111,10 @@ def calibration_doubts(diagnosis: Diagnosis) -> list[str]:
     """Sentences on what limits the calibration of the model to use from now on, bounds aside."""
     fit, given = diagnosis.calibration, diagnosis.experiment.calibrated
     said = []
-    if given and not fit.arrived:
+    if given and diagnosis.assessment.problem.ended_early:
+        limit = f"{diagnosis.experiment.time_limit:g} s"
+        said.append(f"The time limit of {limit} ended the calibration: these are the best numbers so far.")
+    elif given and not fit.arrived:
         told = "a further step would still gain something; give starts nearer to them, or calibrate fewer"
         said.append(f"The calibrated numbers are not yet the best ones: {told}.")
     denied = [(f.variable, v) for f, v in fit.values.items() if f.calibrated and f.added]

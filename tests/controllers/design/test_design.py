@@ -22,13 +22,9 @@ from warmlink.controllers.design.plant import (
 from warmlink.controllers.design.reduction import (
     reduce_plant,
 )
-from warmlink.controllers.design.regression import (
-    TrainingRun,
-    fit_regression,
-    reference_temperature_of,
-    training_run,
-)
+from warmlink.controllers.design.regression import fit_regression, reference_temperature_of
 from warmlink.controllers.design.shipped import as_json, shipped_values
+from warmlink.controllers.design.training import TrainingRun, training_run
 from warmlink.controllers.matrices import symmetric
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import filters_of

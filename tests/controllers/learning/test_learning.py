@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from benchmarks.strange_machine import Machine, Room, training
 from warmlink.controllers.design.plant import cell_plant
-from warmlink.controllers.design.regression import training_run
 from warmlink.controllers.design.structure import nearest_shares
+from warmlink.controllers.design.training import training_run
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.learning.learnt import LearntMap, learn
 from warmlink.controllers.learning.line import Learner, doubt

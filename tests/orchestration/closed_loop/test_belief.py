@@ -75,3 +75,17 @@ def test_nothing_is_said_where_there_is_nothing_to_advise(tmp_path: Path) -> Non
         replace(lag, parameters={"motor.initial_shaft_temperature": "23 degC"}),
     ):
         assert design_check(quiet) == (None, False), quiet.name
+
+
+def test_a_machine_of_others_is_told_which_law_any_machine_can_have(tmp_path: Path) -> None:
+    spindle = load_scenario(str(machine("spindle", tmp_path)))
+    told, ideal = design_check(replace(spindle, controller=shipped("observer")))
+    assert str(told).startswith(
+        "observer was designed for another cell; this one is Spindle; find a law from"
+    )
+    assert "controller='linear_observer'" in str(told)
+    assert not ideal
+    given = replace(
+        spindle, controller=shipped("linear_observer"), parameters={"compensator.dynamics[1]": -1.0}
+    )
+    assert design_check(given) == (None, False)

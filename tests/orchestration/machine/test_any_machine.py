@@ -195,7 +195,8 @@ def test_a_spindle_is_extended_and_what_it_cannot_have_is_said(tmp_path: Path) -
     assert answer.causes == ("preload",)
     assert [each.duty for each in found.claims] == list(DUTIES)
     assert found.unanswered == {
-        "observer": "Spindle: a design needs motors and links of warmlink's, and it has none"
+        "observer": "Spindle: a design needs motors and links of warmlink's, and it has none; take "
+        "law='linear_observer', whose model is found from runs"
     }
     extended = read_system(answer.write(tmp_path / "out")["extended.ssp"])
     assert float(extended.components["spindle"].values["friction"]) == pytest.approx(3.0, rel=0.05)

@@ -43,7 +43,7 @@ def test_what_cannot_be_designed_for_is_said() -> None:
     with pytest.raises(InputError, match="BenchRod: a design needs motors and links"):
         designed(machine_named("BenchRod"))
     target = WARMUP_CELL.wires[0][1]
-    with pytest.raises(InputError, match=r"a connection scales what it carries.*take .*law.*regression"):
+    with pytest.raises(InputError, match=r"a connection scales what it carries.*take .*law.*linear_observer"):
         designed(replace(WARMUP_CELL, scaled={target: Conversion(2.0, 0.0)}))
     roles = replace(WARMUP_CELL.roles, score=Expression("camera.reading - compensator.correction", "score"))
     with pytest.raises(

@@ -62,7 +62,7 @@ def test_a_systems_own_parameters_are_designed_for(
         (["SixAxisArm"], "SixAxisArm: kinematics.error_norm is scored, which is no output of its motors"),
         (
             ["WarmupCell", "--law", "lag"],
-            "lag: has no design; choose regression, observer or",
+            "lag: has no design; choose regression, linear_observer, observer or",
         ),
         (["WarmupCell", "--camera-std", "1 um"], "observer does not use the camera; observer_drift does"),
         (

@@ -1,0 +1,111 @@
+"""Runs from which laws are fitted: of the linear plant here, and of any FMUs by whoever can run them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, cell_plant, plant_model
+from warmlink.controllers.observer.model import TrustedDuty
+from warmlink.fmus.component import limits
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
+
+Array = NDArray[np.float64]
+
+
+class Stage(NamedTuple):
+    """Constant demands: duration in s, speed in rad/s, torque in N.m, and surroundings in K."""
+
+    duration: float
+    speed: float
+    torque: float
+    ambient_temperature: float = ROOM_TEMPERATURE
+
+
+WARM_UP = (Stage(7200.0, 3.43, 2.5), Stage(3600.0, 0.0, 0.0))
+"""A warm-up and cooling at rest."""
+
+STAGES, AT_REST, ROOM = 30, 0.3, 3.0
+"""Phases of an excitation, share of them at rest, and how far the surroundings go from the room's, in K."""
+
+LONGEST_TO_SHORTEST = 12.0
+"""Duration of the longest stage as a multiple of the shortest."""
+
+
+@dataclass(frozen=True)
+class TrainingRun:
+    """Temperatures in K, in the order of `SENSED`, shape (n, 5), and growth in m, shape (n,), of n rows."""
+
+    temperature: Array
+    elongation: Array
+
+
+@dataclass(frozen=True)
+class DrivenRun(TrainingRun):
+    """A training run with what drove it.
+
+    Attributes
+    ----------
+    step : s between two rows
+    duty : speed, torque and surroundings as the controller is told them, held to the next row, shape (n, 3)
+    """
+
+    step: float
+    duty: Array
+
+
+def excitation(seed: int, speed: float, torque: float, length: float) -> tuple[Stage, ...]:
+    """Stages that tell what a machine does: at rest, then at random up to a speed and a torque.
+
+    Parameters
+    ----------
+    speed, torque : largest, in the units of `Stage`
+    length : s of all stages, each of which is rounded up to 10 s
+    """
+    random = np.random.default_rng(seed)
+    lasts = LONGEST_TO_SHORTEST ** random.uniform(size=STAGES)
+    works = random.uniform(size=STAGES) > AT_REST
+    fast, hard = works * random.uniform(0.1, 1.0, STAGES), works * random.uniform(size=STAGES)
+    around = ROOM_TEMPERATURE + random.uniform(-ROOM, ROOM, STAGES)
+    lasts = 10.0 * np.ceil(length * lasts / lasts.sum() / 10.0)
+    rows = np.column_stack([lasts, speed * fast, torque * hard, around])
+    # Whatever heats a machine that does nothing is seen before anything else does.
+    return (Stage(10.0 * round(length / 100.0), 0.0, 0.0), *(Stage(*row) for row in rows.tolist()))
+
+
+def training_run(
+    plant: Plant | None = None, stages: Sequence[Stage] = WARM_UP, step: float = 10.0
+) -> DrivenRun:
+    """Run of the linear plant, from room temperature.
+
+    A plant of None is that of the warm-up cell. The solution is exact for heat that is held over a step in s;
+    the heat is the losses by the motor's own equations.
+    """
+    plant = plant or cell_plant()
+    model = plant_model(plant)
+    p = MOTOR.p.read(limits.checked(MOTOR, "motor", plant.motor)[0])
+    state = np.zeros(model.heat_capacity.size)
+    temperature, elongation, told = [], [], []
+    for duration, speed, torque, around in stages:
+        no_feedthrough = np.zeros((len(OUTPUTS), len(INPUTS)))
+        transition, reach, *_ = signal.cont2discrete((*model.at(speed), model.C, no_feedthrough), step)
+        duty = TrustedDuty(speed, torque, 0.0)
+        for _ in range(round(duration / step)):
+            seen = model.C @ state
+            temperature.append(seen[:-1] + ROOM_TEMPERATURE)
+            elongation.append(seen[-1])
+            told.append((speed, torque, around))
+            shaft, winding = temperature[-1][:2]
+            heat = np.zeros(len(INPUTS))
+            heat[0] = copper_loss(winding, duty, p) + iron_loss(duty, p)
+            heat[1] = friction_loss(shaft, duty, p) + p.standby_power
+            heat[3] = around - ROOM_TEMPERATURE
+            state = transition @ state + reach @ heat
+    return DrivenRun(np.array(temperature), np.array(elongation), step, np.array(told))
