@@ -187,6 +187,7 @@ def summary_with(diagnosis: Diagnosis, equation: Equation | None) -> str:
         own = [*lines[1:2], *own, *lines[2:]] if as_well else [*lines[1:], *own]
         return "\n".join([f"{lines[0]}{as_well}", *_with_next_last(own)])
     found = "an equation explains it" if equation.discovery.finding == "equation" else "equations explain it"
+    found += " as well" if equation.discovery.causes else ""
     beside = [each for each in lines[1:] if each.startswith(_BESIDE)]
     by_causes = next((each for each in lines[1:] if not each.startswith(_BESIDE)), "")
     names = f" ({' and '.join(each.title for each in diagnosis.causes)})" if diagnosis.causes else ""
