@@ -37,6 +37,9 @@ DAY = 86400.0
 ONSET = 30000.0
 """s of a day at which a fault begins."""
 
+_NAMED = 54000.0
+"""s after an alarm at which its name is taken."""
+
 _SPACING = 20.0
 """s between rows, on average: from half of it to half as much again."""
 
@@ -210,19 +213,17 @@ def sound_days(
 def faulty(
     cell: WatchedCell, fault: MachineFault, day: int, hours: float
 ) -> tuple[float | None, list[tuple[str, ...]]]:
-    """Time in s until an alarm, None without one, and its names, of a fault in the middle of a shift."""
+    """Time in s until an alarm, None without one, and its names, of a fault amid a shift."""
     fork, began, names, found = cell.fork(), DAY * day + ONSET, list[tuple[str, ...]](), None
     before, after = _cut(demands(fork.seed, day), ONSET)
     for _ in fork.works(before):
         pass
-    until = began + 3600 * hours
-    for work in (
-        after,
-        *(demands(fork.seed, later) for later in range(day + 1, day + 1 + math.ceil(hours / 24))),
-    ):
+    until, more = began + 3600 * hours, range(day + 1, day + 1 + math.ceil(hours / 24))
+    for work in (after, *(demands(fork.seed, later) for later in more)):
         for each in fork.works(work, fault, began):
             if each["alarm"] and each["time_s"] <= until:
-                found = each["time_s"] - began if found is None else found
+                if found is None:
+                    found, until = each["time_s"] - began, min(until, each["time_s"] + _NAMED)
                 names.append(tuple(cause["name"] for cause in each["causes"]))
         if fork.run is not None and fork.run.steps * STEP > until:
             break
@@ -255,9 +256,11 @@ def main() -> None:
     options.add_argument("--seeds", type=int, default=3, help="machines")
     options.add_argument("--first", type=int, default=1, help="seed of the first machine")
     options.add_argument("--days", type=int, default=30, help="sound days after those declared sound")
-    options.add_argument("--known", type=int, default=3, help="days that are declared sound")
+    options.add_argument("--known", type=int, default=7, help="days that are declared sound")
     options.add_argument("--tick", type=float, default=120.0, help="s of the log that are judged at once")
-    options.add_argument("--hours", type=float, default=36.0, help="hours in which a fault may be found")
+    options.add_argument(
+        "--hours", type=float, default=120.0, help="hours in which a fault may be found; 0: none"
+    )
     options.add_argument("--rate", action="store_true", help="how many machines a core watches, alone")
     given = options.parse_args()
     if given.rate:
@@ -268,7 +271,7 @@ def main() -> None:
     for seed in range(given.first, given.first + given.seeds):
         begun = process_time()
         cell, early = sound_days(seed, given.known + 1, given.known, 1 / 30, given.tick)
-        for name, fault in FAULTS.items():
+        for name, fault in FAULTS.items() if given.hours else ():
             rows[name].append(faulty(cell, fault, given.known + 1, given.hours))
             print(seed, name, *_answer(fault, *rows[name][-1]), flush=True)
         later = (
@@ -283,7 +286,7 @@ def main() -> None:
         took = f"{process_time() - begun:.0f} s"
         print(seed, f"{false[seed]} false alarms in {given.days} days; {took}", flush=True)
     print(f"\nfalse alarms: {false.total()} in {given.seeds} x {given.days} days")
-    for name, fault in FAULTS.items():
+    for name, fault in FAULTS.items() if given.hours else ():
         print(_line(name, fault, rows[name]))
 
 

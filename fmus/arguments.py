@@ -41,11 +41,12 @@ def argument(name: str, *value: object) -> str:
 
     Parameters
     ----------
-    name : of the argument of the Python function
+    name : of the argument of the Python function, as `jobs`; of a field of what is given as one, as
+        `long_run.resume`
     value : at most one; a mapping is an option for each of its entries, `--assume torque=0`
     """
     if _options is not None:
-        option = _options.get(name, f"--{name.strip('_').replace('_', '-')}")
+        option = _options.get(name, f"--{name.rpartition('.')[2].strip('_').replace('_', '-')}")
         if value and isinstance(value[0], Path):
             option = _options.get((name, Path), option)
         if value and isinstance(value[0], Mapping):

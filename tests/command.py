@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import pytest
 
@@ -17,3 +18,17 @@ def exit_code(arguments: Sequence[str], monkeypatch: pytest.MonkeyPatch) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     return 0
+
+
+def refused(
+    arguments: Sequence[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> str:
+    """What `warmlink ARGUMENTS` says of bad input: one sentence, exit code 2, and no file is written."""
+    before = sorted(Path().rglob("*"))
+    assert exit_code(arguments, monkeypatch) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("warmlink: ")
+    assert err.count("\n") == 1, err
+    assert sorted(Path().rglob("*")) == before
+    return err

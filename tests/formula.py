@@ -5,6 +5,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from warmlink.orchestration.studies.case import Case, Outcome
+from warmlink.orchestration.studies.workers import FmuSet
+
+
+def fmus_named(name: str) -> FmuSet:
+    """FMUs whose bytes are this name."""
+    return FmuSet("native", {"ThermalLink": name.encode()})
 
 
 class Formula:

@@ -143,6 +143,17 @@ def test_rooms_do_not_import_each_other_in_a_circle() -> None:
     TopologicalSorter(below).prepare()
 
 
+def test_files_do_not_import_each_other_in_a_circle() -> None:
+    """Also inside functions: an import that waits until it is needed is a circle all the same."""
+    below: defaultdict[Path, set[Path]] = defaultdict(set)
+    for path in SOURCES:
+        for name in imports(path):
+            file = ROOT.joinpath(*name.split(".")[1:]).with_suffix(".py")
+            if name.startswith("warmlink.") and file.is_file() and file != path:
+                below[path].add(file)
+    TopologicalSorter(below).prepare()
+
+
 @pytest.mark.parametrize("room", FLOORS)
 def test_rooms_can_be_overlooked(room: str) -> None:
     for folder in {path.parent for path in sources(room)}:
@@ -239,6 +250,23 @@ def test_the_project_speaks_of_itself_only() -> None:
         path = ROOT / name
         if path.suffix in (".py", ".md", ".toml", ".c", ".h", ".txt", ".j2") and path.is_file():
             assert home not in path.read_text("utf-8"), f"{name} holds a path of one machine"
+
+
+def test_sentences_name_arguments_that_there_are() -> None:
+    """What `argument` names is one of a function outside the commands, or a field of what is given as one."""
+    library = [path for path in SOURCES if {"command_line", "cli.py"}.isdisjoint(path.parts)]
+    known, named = set[str](), dict[str, str]()
+    for path in library:
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.FunctionDef):
+                known |= {each.arg for each in [*node.args.args, *node.args.kwonlyargs]}
+            elif isinstance(node, ast.ClassDef):
+                fields = (each.target for each in node.body if isinstance(each, ast.AnnAssign))
+                known |= {each.id for each in fields if isinstance(each, ast.Name)}
+            elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "argument":
+                place = f"{path.relative_to(ROOT)}:{node.lineno}"
+                named |= {each.value: place for each in node.args[:1] if isinstance(each, ast.Constant)}
+    assert not {name: at for name, at in named.items() if not known.issuperset(name.split("."))}
 
 
 def test_a_room_that_is_gone_is_noticed() -> None:

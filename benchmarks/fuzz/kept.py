@@ -23,6 +23,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import RunSpan, Slave, SlaveError
 from warmlink.orchestration.studies import session as ledger
 from warmlink.orchestration.studies.case import Case, Outcome
+from warmlink.orchestration.studies.workers import FmuSet
 from warmlink.orchestration.system.model import FmuPart, System
 
 SENSORS = "TemperatureSensors"
@@ -164,7 +165,7 @@ def finished_runs() -> dict[str, bytes]:
 
 def read_ledger(path: Path) -> None:
     """Read finished runs; what is damaged is left out, and nothing is ever made up."""
-    known = ledger.Ledger(path.parent, "fmus", Nobody(), lambda told: None)._known
+    known = ledger.Ledger(path.parent, FmuSet("native", {}), Nobody(), lambda told: None)._known
     true = [ledger._parsed(line) for line in finished_runs()[ledger.FILE].splitlines(keepends=True)]
     assert set(map(repr, known.items())) <= set(map(repr, true)), "a damaged line was taken for a run"
 

@@ -263,7 +263,7 @@ def _outputs(plant: Plant, slopes: Array) -> Array:
 
 
 def _heat_capacity(plant: Plant, at: Point) -> Array:
-    """Heat capacity in J/K of each temperature, in the order of the states."""
+    """Heat capacity in J/K of each temperature at `ROOM_TEMPERATURE`, in the order of the states."""
     joined = plant.component
     assert joined.joint is not None
     settled = dict(zip(joined.d.names, joined.settled(at.p), strict=True))
@@ -285,4 +285,5 @@ def _at_rest(plant: Plant, speed: float) -> Point:
     inputs |= {f"{each}.speed": speed for each in (*plant.motors, *plant.links)}
     inputs |= {f"{each}.pad_mode": PAD_POWER for each in plant.motors}
     stated = {name: 0.0 for name in joined.p.names if name.endswith(".convection_rise_exponent")}
-    return start(joined, {**starts, **plant.given, **inputs, **stated})
+    given = {name: value for name, value in plant.given.items() if ".initial_" not in name}
+    return start(joined, {**starts, **given, **inputs, **stated})

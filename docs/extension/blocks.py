@@ -197,7 +197,7 @@ class Keys(Block):
 
 
 class Gallery(Block):
-    """A script with a docstring, run: its title, what it says, its picture, and its code to be unfolded."""
+    """A script with a docstring, run: its title, what it says, its picture, what it prints, and its code."""
 
     def run(self) -> list[nodes.Node]:
         """Run the script of the given path in the checkout."""
@@ -215,8 +215,11 @@ class Gallery(Block):
         section += self.parse_text_to_nodes(" ".join(about.split()))
         section += [each for each in found if isinstance(each, nodes.raw)]
         printed = [each for each in found if not isinstance(each, nodes.raw)]
+        for each in printed:
+            each["classes"].append("wrapped")
+        section += printed
         section += nodes.raw("", f"<details><summary>{path.relative_to(ROOT)}</summary>", format="html")
-        section += [self.shown(code, "python"), *printed]
+        section += self.shown(code, "python")
         link = f'<a href="{self.up}notebooks/{path.stem}.ipynb" download>The same as a notebook</a>'
         section += nodes.raw("", f"{link}</details>", format="html")
         return [section]

@@ -99,10 +99,12 @@ def sample_time_parameter(description: str) -> Parameter:
     return Parameter("sample_time", "s", 1.0, description, minimum=SHORTEST_SAMPLE_TIME)
 
 
-def per_kelvin(name: str, description: str, within: tuple[float, float], **more: Any) -> Parameter:
+def per_kelvin(
+    name: str, description: str, within: tuple[float, float], nominal: float = 0.01, rare: bool = False
+) -> Parameter:
     """Relative change per kelvin, none unless it is given, and the least and the largest that it may be."""
     low, high = within
-    return Parameter(name, "1/K", 0, description, minimum=low, maximum=high, **{"nominal": 0.01, **more})
+    return Parameter(name, "1/K", 0, description, minimum=low, maximum=high, nominal=nominal, rare=rare)
 
 
 def heat_port(name: str, heat_flow: str, temperature: str) -> Terminal:

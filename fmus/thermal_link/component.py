@@ -1,8 +1,7 @@
 """The thermal link as a component."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cache, partial
-from typing import Any
 
 from warmlink.fmus.component import Check, Component, Derived, Input, Local, Output, Parameter, Record, State
 from warmlink.fmus.component.arithmetic import Number
@@ -49,8 +48,11 @@ _REFERENCE_TEMPERATURE = "temperature at which the elongation is 0; 0: the initi
 _SENSOR_POSITION = "place of each sensor from the proximal end; -1 m: base, middle, tip, then evenly between"
 _DISCRETISATION_ERROR = "estimate of the elongation's error from the finite grid"
 
-_VARIES: Mapping[str, Any] = {"within": (-2e-3, 5e-3), "nominal": 5e-4, "rare": True}
-"""Of materials that vary with temperature: no less than a fifth of the stated value up to 695 K."""
+
+def _varies(name: str, description: str) -> Parameter:
+    """What a material's property changes by per kelvin: up to 695 K no less than a fifth of it is left."""
+    return per_kelvin(name, description, within=(-2e-3, 5e-3), nominal=5e-4, rare=True)
+
 
 _PARAMETERS = (
     length_parameter("length", 0.3302, "length of the link", positive=True, maximum=20),
@@ -70,9 +72,9 @@ _PARAMETERS = (
     ),
     Parameter("density", "kg/m3", 2713, "density", positive=True),
     Parameter("specific_heat", "J/(kg.K)", 892, "specific heat capacity at 295.15 K", positive=True),
-    per_kelvin("specific_heat_temperature_coefficient", _SPECIFIC_HEAT, **_VARIES),
+    _varies("specific_heat_temperature_coefficient", _SPECIFIC_HEAT),
     Parameter("expansion_coefficient", "1/K", 23.6e-6, _EXPANSION_COEFFICIENT, positive=True, nominal=2e-5),
-    per_kelvin("expansion_temperature_coefficient", _EXPANSION, **_VARIES),
+    _varies("expansion_temperature_coefficient", _EXPANSION),
     tunable("convection_still", "W/(m2.K)", 4.55, "convection coefficient in still air", minimum=0),
     tunable("convection_per_speed", "W.s/(m3.K)", 6.4, _CONVECTION_PER_SPEED, minimum=0),
     extra("convection_mixing", "1", _MIXING, maximum=1.8, rare=True),

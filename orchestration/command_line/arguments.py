@@ -67,8 +67,11 @@ EXPLAINED = {
 OPTIONS: dict[str | tuple[str, type], str] = {
     "controller_parameters": "--parameters",
     "heat_faces": "--heat-face",
+    "long_run": "--checkpoint",
     "mismatches": "--mismatch",
     "names": "--map",
+    "only_calibrated": "--calibrate-only",
+    "pacing": "--real-time",
     "parameters": "--set",
     ("parameters", Path): "--parameters",
     "replaced": "--replace",

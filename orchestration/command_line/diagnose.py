@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -35,6 +36,7 @@ def diagnose(
     decimal: str = "",
     replace: list[str] | None = None,
     calibrate_only: bool = False,
+    time_limit: str | None = None,
     discover: bool | None = None,
     check: bool = False,
     out: Path | None = None,
@@ -65,6 +67,8 @@ def diagnose(
         column; --map link.heat_flow=Q what a replaced link calls its variable. Repeatable.
     decimal : Decimal mark, `comma` or `point`, if the file could be read either way.
     calibrate_only : Fit what the experiment calibrates, and look for no causes.
+    time_limit : Longest time that --calibrate-only may take, for example --time-limit "2 min"; then the best
+        numbers so far are told. Default: as long as it takes.
     discover : Look for an equation of the heat that the model lacks: where it enters, its terms with units
         and intervals; or that none earns its place. Default: where no cause is established.
     check : Show how the files are understood, and what looks wrong in them, without a diagnosis.
@@ -78,7 +82,11 @@ def diagnose(
     from warmlink.orchestration.diagnosis.diagnose import read
     from warmlink.orchestration.machine import DEFAULT
     from warmlink.orchestration.system.replacement import Replacements
+    from warmlink.orchestration.written.quantities import positive
 
+    if time_limit is not None and not calibrate_only:
+        raise InputError("--time-limit: applies only to a calibration; add --calibrate-only")
+    limit = math.inf if time_limit is None else positive(time_limit, "s", "--time-limit")
     folder = out or Path("out") / "+".join(path.stem for path in data) / "diagnose"
     if not check:
         refuse_others(folder, "diagnose")
@@ -105,7 +113,7 @@ def diagnose(
         told = read_options(unit or [], columns, decimal, Replacements.given(replace, own), machine)
         experiment = with_noise(read(data, assume or [], given, told), settings_given(noise, "--noise"))
         experiment = with_accuracy(experiment, accuracy or [])
-        return calibrating(experiment) if calibrate_only else experiment
+        return calibrating(experiment, limit) if calibrate_only else experiment
 
     if check:
         _show(list(arm_experiments(data[0]).values()) if whole_arm else [measured()], bool(whole_arm), json)

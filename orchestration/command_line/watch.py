@@ -41,7 +41,7 @@ def watch(
     page that renews itself, and watch.state, from which the same command goes on after a restart. Nothing is
     ever written to the machine. Ctrl-C ends it.
 
-    Examples: `warmlink watch cell.csv --sound "48 h"`, `tail -F cell.csv | warmlink watch -`
+    Examples: `warmlink watch cell.csv --sound "7 days"`, `tail -F cell.csv | warmlink watch -`
 
     Parameters
     ----------

@@ -20,6 +20,7 @@ from warmlink.orchestration.diagnosis.data.inputs import with_inputs, with_nomin
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess, fitted_part
+from warmlink.orchestration.diagnosis.known_values import asked
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.diagnosis.practice.hide import demand_columns, write_csv
 from warmlink.orchestration.machine.rig import Rig
@@ -74,9 +75,10 @@ def diagnose_experiment(experiment: Experiment, progress: Progress = unseen) -> 
     """Diagnose an experiment that was read or made."""
     with one_thread():
         refuse_senseless(experiment)
-        assessment = _assessed(experiment, stretch(progress, 0.0, _ASSESSED))
+        search = stretch(progress, 0.0, _ASSESSED)
+        known = asked(experiment, _assessed(experiment, search), search)
         progress("held-out rows", _ASSESSED)
-        found = Diagnosis(experiment, assessment)
+        found = Diagnosis(known.experiment, known.assessment, known.would_help)
         _ = found.held_out  # found when it is asked for, and that is now, while progress is shown
     return found
 

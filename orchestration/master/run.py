@@ -80,9 +80,7 @@ def simulate(
     line : to the process that guards this one: gets the result before the slaves are ended and freed
     """
     if pacing is not None and not 0 < pacing < math.inf:
-        raise InputError(
-            f"{argument('real_time', pacing)}: not a pace; give a number above 0 (1 is real time)"
-        )
+        raise InputError(f"{argument('pacing', pacing)}: not a pace; give a number above 0 (1 is real time)")
     if isinstance(step_size, Sequence):
         points = CommunicationPoints.at(step_size)
     else:

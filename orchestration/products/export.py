@@ -10,7 +10,7 @@ from typing import Literal, get_args
 
 from warmlink.controllers.export.c_files import export_files, readme
 from warmlink.controllers.export.core import Core, Precision, designed
-from warmlink.controllers.export.program.words import RESERVED
+from warmlink.controllers.export.program.places import RESERVED
 from warmlink.controllers.export.st_files import st_files
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component

@@ -125,7 +125,7 @@ def reduce(
     demand_file(path, "give a STEP file or a mesh")
     if not heat_faces or not tool_point:
         needed = f"{argument('heat_faces')} and {argument('tool_point')}"
-        raise InputError(f"{needed}: both are needed; {argument('list_faces')} shows the faces")
+        raise InputError(f"{needed}: both are needed; warmlink reduce PART --list-faces shows the faces")
     if order is not None and not 2 <= order <= LARGEST_ORDER:
         raise InputError(f"{argument('order', order)}: give a number from 2 to {LARGEST_ORDER}")
     if not 0 <= poissons_ratio < 0.5:

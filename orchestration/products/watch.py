@@ -21,7 +21,7 @@ from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.scenarios.overrides import start_value
 from warmlink.orchestration.watch.law import WatchedLaw, law_named
 from warmlink.orchestration.watch.offers import Design
-from warmlink.orchestration.watch.page import write_watch
+from warmlink.orchestration.watch.page import served, write_watch
 from warmlink.orchestration.watch.sources.opening import opened
 from warmlink.orchestration.watch.watching import Watching, WatchOptions, rate_of
 from warmlink.orchestration.written.quantities import positive
@@ -159,8 +159,6 @@ def watching(
         )
         work.restore()
         if serve:
-            from warmlink.orchestration.watch.serving import served
-
             stack.enter_context(served(serve, folder))
         yield work
 

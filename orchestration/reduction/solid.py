@@ -91,9 +91,8 @@ class Solid:
             if not named:
                 numbers, names = zip(*((f"#{face.number}", face.name) for face in self.faces), strict=True)
                 known = instead(text, [*numbers, *sorted({*names} - {""})], "or give a point on it")
-                raise InputError(
-                    f"{argument(name, text)}: no such face; {known} ({argument('list_faces')} shows them)"
-                )
+                shows = "warmlink reduce PART --list-faces shows them"
+                raise InputError(f"{argument(name, text)}: no such face; {known} ({shows})")
             found += named
         return list(dict.fromkeys(found))
 

@@ -30,7 +30,7 @@ from warmlink.orchestration.diagnosis.diagnose import write_next
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
-from warmlink.orchestration.diagnosis.ladder.delivered import EQUATION
+from warmlink.orchestration.diagnosis.ladder.judged import EQUATION
 from warmlink.orchestration.diagnosis.ladder.wired import predictor_file
 from warmlink.orchestration.diagnosis.terms.words import Equation, content_with, summary_with
 from warmlink.orchestration.report.diagnosis_figures import (
@@ -47,7 +47,6 @@ from warmlink.orchestration.system.ssp.parameter_values import write_ssv
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.diagnosis.ladder.delivered import Delivery
     from warmlink.orchestration.fmu_store import FmuStore
 
 _RANKED, _FEWEST = 10, 6
@@ -267,9 +266,8 @@ def write_diagnosis(
     """
     rig = diagnosis.experiment.rig
     values: Mapping[str, float]
-    learnt: Delivery | None = diagnosis.delivery
     if equation is not None and equation.extends:
-        (rig, values), learnt = equation.extended, None
+        rig, values = equation.extended
     else:
         values = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
     compiles = store is not None and store.kind == "native"
@@ -279,7 +277,7 @@ def write_diagnosis(
         if ssv is not None:
             write_ssv(values, work / ssv, name="extended")
         if ssp is not None and store is not None:
-            write_ssp_of(rig, values, work / ssp, store, learnt)
+            write_ssp_of(rig, values, work / ssp, store, diagnosis.delivery)
         if compiles and diagnosis.delivery.virtual_measurement is not None:
             copyfile(predictor_file(diagnosis.delivery.virtual_measurement), work / VIRTUAL)
         _write_json(content_with(diagnosis, equation, ssv, ssp), work / JSON)

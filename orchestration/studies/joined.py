@@ -125,4 +125,4 @@ def _difference(planned: Case, fmus: FmuSet) -> tuple[float, float]:
             raise _UntriedError("the score of the run that was tried of it is no number")
         return most, exact.coupling_um
 
-    return remembered("agreements", (fmus.digest, case.digest), found)
+    return remembered("agreements", (fmus.digest_for(case), case.digest), found)

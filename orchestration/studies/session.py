@@ -92,9 +92,9 @@ def open_study(
                     joined = joined_systems(runs, said.append, stretch(show, 0.0, _COMPILED))
                     whole, trying = replace(fmus, rollouts=joined), stretch(show, _COMPILED, 1.0)
                     fmus = agreeing(runs, whole, said.append, trying)
-            own = LocalWorkers(fmus, options.jobs) if client is None else ClusterWorkers(fmus, client)
-            workers: Workers = stack.enter_context(own)
-            yield StudySession(folder, fmus, Ledger(folder, fmus.digest, workers, remark, said))
+            workers = LocalWorkers(fmus, options.jobs) if client is None else ClusterWorkers(fmus, client)
+            own: Workers = stack.enter_context(workers)
+            yield StudySession(folder, fmus, Ledger(folder, fmus, own, remark, said))
         except InputError:
             if fresh and not (folder / FILE).exists():
                 for path in folder.iterdir():
@@ -110,12 +110,13 @@ class Ledger:
     damaged one elsewhere is named in a remark and removed, and its run is done again. Runs that gave no
     figures are not kept: what stopped them may be mended.
 
-    `fmus` is the digest of the FMUs' bytes, by which runs of other FMUs are told apart; `workers` run what is
-    not known yet; `remark` is told of damaged lines, and of `news` before the first run.
+    Runs are told apart by the bytes of the `fmus` that they use, so that what was run stays known when a
+    controller is added; `workers` run what is not known yet; `remark` is told of damaged lines, and of `news`
+    before the first run.
     """
 
     def __init__(
-        self, folder: Path, fmus: str, workers: Workers, remark: Remark, news: Sequence[str] = ()
+        self, folder: Path, fmus: FmuSet, workers: Workers, remark: Remark, news: Sequence[str] = ()
     ) -> None:
         self._path, self._fmus, self._workers = folder / FILE, fmus, workers
         self._remark, self._news = remark, news
@@ -137,7 +138,7 @@ class Ledger:
         """
         waiting: dict[str, list[int]] = {}
         for place, case in enumerate(cases):
-            key = hashlib.sha256(f"{self._fmus} {case.digest}".encode()).hexdigest()[:32]
+            key = hashlib.sha256(f"{self._fmus.digest_for(case)} {case.digest}".encode()).hexdigest()[:32]
             if key in self._known:
                 yield place, self._known[key]
             else:

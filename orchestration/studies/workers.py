@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -17,12 +18,7 @@ from warmlink.orchestration.files import FULL_DISK
 from warmlink.orchestration.fmu_store import FmuKind
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import RecordTable, Result
-from warmlink.orchestration.studies.case import (
-    Case,
-    Outcome,
-    figures,
-    run_case,
-)
+from warmlink.orchestration.studies.case import Case, Outcome, figures, run_case
 
 Remark = Callable[[str], None]
 
@@ -67,10 +63,24 @@ class FmuSet:
     @cached_property
     def digest(self) -> str:
         """Digest of names and contents."""
-        joined = {f"{law} joined": rollout.library for law, rollout in self.rollouts.items()}
-        held = sorted({**self.contents, **joined}.items())
-        told = b"".join(f"{name}\0{len(content)}\0".encode() + content for name, content in held)
-        return hashlib.sha256(told).hexdigest()[:16]
+        return self._digest(self.contents, self.rollouts)
+
+    def digest_for(self, case: Case) -> str:
+        """Digest of what one run uses: the FMUs of its system, and what is joined in their place."""
+        return self._digest(case.machine.parts_with(case.law).values(), (case.law,))
+
+    def _digest(self, fmus: Iterable[str], laws: Iterable[str]) -> str:
+        held = {name: self._digests[name] for name in fmus if name in self._digests}
+        joined = {law: self._joined[law] for law in laws if law in self._joined}
+        return hashlib.sha256(json.dumps([held, joined], sort_keys=True).encode()).hexdigest()[:16]
+
+    @cached_property
+    def _digests(self) -> dict[str, str]:
+        return {name: hashlib.sha256(content).hexdigest() for name, content in self.contents.items()}
+
+    @cached_property
+    def _joined(self) -> dict[str, str]:
+        return {law: hashlib.sha256(each.library).hexdigest() for law, each in self.rollouts.items()}
 
     @property
     def unpacked(self) -> Path:

@@ -110,11 +110,16 @@ def check_system(system: System) -> None:
             raise InputError(
                 f"{link.source} -> {link.target}: leads from an input to an output; turn it round"
             )
-        if found != link:
+        between = f"{link.source} -> {link.target}"
+        if (found.factor, found.offset) != (link.factor, link.offset):
             raise InputError(
-                f"{link.source} -> {link.target}: the units differ by a factor {found.factor:g} and an "
+                f"{between}: the units differ by a factor {found.factor:g} and an "
                 f"offset {found.offset:g}; give them to the connection"
             )
+        changed = tuple((given, made) for given, made in link.values if given != made)
+        if found.values != changed:
+            told = f"one value becomes two others in {changed}"
+            raise InputError(f"{between}: {told}; give each value of {link.source} once")
 
 
 def _resolved(system: System) -> list[Connection]:

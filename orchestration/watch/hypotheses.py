@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
@@ -44,7 +45,7 @@ class Hypothesis:
     reading : weight of each reading that is off by the value, shape (outputs,)
     late : weight of each reading that comes late by the value in s, shape (outputs,)
     lower, upper, start : bounds and the value that changes nothing, in SI
-    variable : the first that it frees
+    variable, unit : the first that it frees, and the unit of the value
     wears : whether it may begin at work, so that it is watched for
     cause : as the catalogue has it
     """
@@ -58,6 +59,7 @@ class Hypothesis:
     upper: float
     start: float
     variable: str
+    unit: str
     wears: bool
     cause: Cause
 
@@ -105,6 +107,11 @@ class WatchedMachine:
         for i, each in enumerate(self.hypotheses):
             found[list(each.slots), i] = 1.0
         return found
+
+    @property
+    def watched(self) -> NDArray[np.bool_]:
+        """Whether each hypothesis may begin at work, shape (hypotheses,)."""
+        return np.array([each.wears for each in self.hypotheses])
 
 
 def watched(
@@ -205,11 +212,11 @@ class _Maker:
         nominal = float(self.values[slots[0]]) if slots else 0.0
         size = nominal if cause.relative else 1.0
         lower, upper = cause.lower * size, cause.upper * size
+        unit = self.rig.unit(freed[0]) if freed[0] in self.rig.variables else cause.shown_unit
         if reading.any():
             unit = self.rig.unit(self.outputs[int(np.argmax(reading))])
             upper = _OFFSET.get(unit, 0.5) * _SPAN / 2
             lower = -upper
         start = nominal if cause.neutral is None or slots else 0.0
-        return Hypothesis(
-            name, verdict, slots, reading, late, lower, upper, start, freed[0], cause.at_work, cause
-        )
+        place = freed[0], unit, cause.at_work, cause
+        return Hypothesis(name, verdict, slots, reading, late, lower, upper, start, *place)

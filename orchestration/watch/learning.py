@@ -10,10 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.signals import row_noise
 from warmlink.orchestration.progress import Progress, unseen
+from warmlink.orchestration.watch.combining import Scatter, leanings, scatter_of
 from warmlink.orchestration.watch.drives import Drives
 from warmlink.orchestration.watch.hypotheses import Hypothesis, WatchedMachine
 from warmlink.orchestration.watch.likelihood import filtered, likeliest
@@ -25,7 +27,7 @@ from warmlink.orchestration.watch.shadow import (
 )
 from warmlink.orchestration.watch.ticks import Tick
 
-_STRIDES = ((), (4.0,), (2.0, 1.5))
+_STRIDES = ((), (4.0,), (2.0, 1.5), (), ())
 """Factors by which each size of the noise is tried larger and smaller, in each pass of the filter."""
 
 _MOST_TICKS = 1440
@@ -67,7 +69,8 @@ class SoundPart:
     offsets : of the readings, shape (outputs,)
     weights : by which lags of what drives the machine add to the readings, shape (outputs, lags)
     moved : by which each hypothesis' value was calibrated, shape (hypotheses,)
-    lean, weight : of each tick of the sound part, shape (ticks, hypotheses)
+    scatter : how leanings of all hypotheses scatter together
+    lean, weight : of each tick of the sound part, shape (ticks, things)
     surprise : sum of squares of each tick's innovations less their number, in standard deviations, shape
         (ticks,)
     """
@@ -77,6 +80,7 @@ class SoundPart:
     offsets: Array
     weights: Array
     moved: Array
+    scatter: Scatter
     lean: Array
     weight: Array
     surprise: Array
@@ -115,7 +119,21 @@ def learn(machine: WatchedMachine, ticks: Sequence[Tick], progress: Progress = u
     progress("judging the sound part", len(_STRIDES) / (len(_STRIDES) + 1))
     fit = _Fit(machine, noise, known, _pass(machine, noise, known, ticks))
     values, offsets = applied(machine, known.moved)
-    return SoundPart(noise, values, offsets, known.weights, known.moved, *fit.held_out())
+    rows, watched = fit.held_out(), machine.watched
+    parts = np.array_split(np.arange(len(rows)), _PARTS)
+    judged = [_judged(rows, part, watched) for part in parts]
+    lean, weight = (np.array(each) for each in zip(*(pair for part in judged for pair in part), strict=True))
+    surprise = np.array([surprise_of(each[:, 0]) for each in rows])
+    calibrated = noise, values, offsets, known.weights, known.moved
+    return SoundPart(*calibrated, scatter_of(rows), lean, weight, surprise)
+
+
+def _judged(
+    rows: Sequence[Array], part: NDArray[np.intp], watched: NDArray[np.bool_]
+) -> list[tuple[Array, Array]]:
+    """Leanings of a stretch of the sound part, combined as the other stretches say."""
+    combined = scatter_of([*rows[: part[0]], *rows[part[-1] + 1 :]]).combined(watched)
+    return [leanings(rows[i], combined) for i in part]
 
 
 def _units(machine: WatchedMachine) -> Array:
@@ -185,49 +203,49 @@ class _Fit:
         self._now = np.append(known.moved[free], scaled_weights)
         self._bounds = _bounds([h for h, f in zip(hypotheses, free, strict=True) if f], known.moved[free])
 
+        self._parts = np.array_split(np.arange(len(self._rows)), _PARTS)
+        whitened = [np.concatenate([self._rows[i] for i in part]) for part in self._parts]
+        tables = [each[:, 1:][:, self._free] * self._span for each in whitened]
+        self._squares = [each.T @ each for each in tables]
+        self._sides = [t.T @ w[:, 0] for t, w in zip(tables, whitened, strict=True)]
+
     def best(self) -> _Calibration:
         """Best values within their bounds."""
-        from scipy.optimize import lsq_linear
-
-        table = np.concatenate(self._rows)
-        table = np.column_stack([table[:, 0], table[:, 1:][:, self._free] * self._span])
-        prior = np.column_stack([-self._now / self._span, np.eye(self._span.size)])
-        lower, upper = (
-            np.append(each, np.full(self._span.size - each.size, sign * np.inf)) / self._span
-            for each, sign in zip(self._bounds, (-1, 1), strict=True)
-        )
-        q, r = np.linalg.qr(np.vstack([table[:, 1:], prior[:, 1:]]))
-        right = q.T @ np.append(table[:, 0], prior[:, 0])
-        found = self._span * lsq_linear(r, right, (lower, upper)).x
+        found = self._found()
         moved, weights = self._known.moved.copy(), self._known.weights.copy()
         values = self._free[: self._count]
         moved[values] += found[: values.sum()]
         weights[:, self._used] += found[values.sum() :].reshape(len(weights), -1) / self._scale
         return _Calibration(moved, weights)
 
-    def held_out(self) -> tuple[Array, Array, Array]:
-        """Lean, weight and surprise of each tick, as if it had not been learnt from.
+    def _found(self, without: int | None = None) -> Array:
+        """By how much values and weights move that fit best within their bounds, without one of the parts."""
+        from scipy.optimize import lsq_linear
+
+        used = [k for k in range(len(self._parts)) if k != without]
+        square = sum(self._squares[k] for k in used) + np.eye(self._span.size)
+        side = sum(self._sides[k] for k in used) - self._now / self._span
+        lower, upper = (
+            np.append(each, np.full(self._span.size - each.size, sign * np.inf)) / self._span
+            for each, sign in zip(self._bounds, (-1, 1), strict=True)
+        )
+        root = np.linalg.cholesky(square)
+        return np.asarray(self._span * lsq_linear(root.T, np.linalg.solve(root, side), (lower, upper)).x)
+
+    def held_out(self) -> list[Array]:
+        """Whitened innovations of each tick, as if it had not been learnt from, before their directions.
 
         What is learnt from rows fits them better than those to come; so each stretch of the sound part is
-        judged with values that fit the others.
+        judged with values that differ from those of the pass by as much as it has moved them itself. Each
+        array has the shape (readings, 1 + hypotheses).
         """
-        parts = np.array_split(np.arange(len(self._rows)), _PARTS)
-        whitened = [np.concatenate([self._rows[i] for i in part]) for part in parts]
-        tables = [each[:, 1:][:, self._free] * self._span for each in whitened]
-        squares = [each.T @ each for each in tables]
-        sides = [t.T @ w[:, 0] for t, w in zip(tables, whitened, strict=True)]
-        square, side = sum(squares) + np.eye(self._span.size), sum(sides) - self._now / self._span
-        lean, weight, surprise = [], [], []
-        for part, own, of_own in zip(parts, squares, sides, strict=True):
-            found = self._span * np.linalg.solve(square - own, side - of_own)
+        held, whole = list[Array](), self._found()
+        for k, part in enumerate(self._parts):
+            found = self._found(k) - whole
             for rows in (self._rows[i] for i in part):
-                white = rows[:, 0] - rows[:, 1:][:, self._free] @ found
-                white = np.clip(white, -CLIPPED, CLIPPED)
-                leaning = rows[:, 1 : 1 + self._count]
-                lean.append(leaning.T @ white)
-                weight.append(np.sum(leaning**2, axis=0))
-                surprise.append(surprise_of(white))
-        return np.array(lean), np.array(weight), np.array(surprise)
+                white = np.clip(rows[:, 0] - rows[:, 1:][:, self._free] @ found, -CLIPPED, CLIPPED)
+                held.append(np.column_stack([white, rows[:, 1 : 1 + self._count]]))
+        return held
 
 
 def _bounds(hypotheses: Sequence[Hypothesis], moved: Array) -> tuple[Array, Array]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.watch.combining import Scatter, told_by
 from warmlink.orchestration.watch.hypotheses import THERMOMETER, Hypothesis
 from warmlink.orchestration.watch.shadow import Shadow, corrected
 from warmlink.orchestration.watch.ticks import Tick
@@ -48,6 +49,12 @@ _ALIKE, _SHARE = 6.0, 0.15
 _EXPLAINED = 0.5
 """Share of what is off that a cause has to explain, else it is unknown."""
 
+_LEANS = 0.5
+"""Share of the largest level from which the test for a cause says so too."""
+
+_TOGETHER = 600.0
+"""s within which a cause whose test does not say so must begin with the best, to stand beside it."""
+
 _MOST = 4
 """Causes in a set; more than that is not a name."""
 
@@ -63,7 +70,7 @@ class Explanation(NamedTuple):
     std : standard deviation of the value
     evidence : chi-square that it explains
     since : s of the log at which it began
-    usual : evidence that comes by chance, as the sound part says
+    level : how far the test for it has come, as a share of the test that has come furthest
     """
 
     name: str
@@ -72,12 +79,20 @@ class Explanation(NamedTuple):
     std: float
     evidence: float
     since: float
-    usual: float
+    level: float
 
     @property
-    def is_unusual(self) -> bool:
-        """Whether more is explained than comes by chance."""
-        return self.evidence >= self.usual
+    def is_leaning(self) -> bool:
+        """Whether the test for it says so too: what explains a moment may be there by chance."""
+        return self.level >= _LEANS
+
+    @property
+    def size(self) -> str:
+        """The value with its uncertainty and unit; a drift by the hour."""
+        per, unit = 1.0, "" if self.hypothesis.unit == "1" else f" {self.hypothesis.unit}"
+        if self.name != self.hypothesis.name:
+            per, unit = 3600.0, f"{unit}/h"
+        return f"{per * self.value:+.3g} (+- {per * self.std:.2g}){unit}"
 
 
 @dataclass(frozen=True)
@@ -86,8 +101,8 @@ class Naming:
 
     Attributes
     ----------
-    ranked : explanations, best first, behind those that are unusual those that come by chance
-    excess : chi-square of the readings beyond what noise has, over the time of the best one
+    ranked : explanations, best first, behind those whose test leans the others
+    excess : chi-square of all leanings beyond what they have by chance, over the time of the best one
     """
 
     ranked: Sequence[Explanation]
@@ -96,11 +111,15 @@ class Naming:
     @property
     def set(self) -> tuple[Explanation, ...]:
         """Explanations that the readings do not tell apart; empty if the cause is unknown."""
-        if not (self.ranked and self.ranked[0].is_unusual):
+        if not (self.ranked and self.ranked[0].is_leaning):
             return ()
         best = self.ranked[0].evidence
         least = best - max(_ALIKE, _SHARE * best)
-        near = tuple(e for e in self.ranked if e.is_unusual and e.evidence >= least)
+        near = tuple(
+            e
+            for e in self.ranked
+            if e.evidence >= least and (e.is_leaning or abs(e.since - self.ranked[0].since) <= _TOGETHER)
+        )
         known = best >= _EXPLAINED * self.excess and len(near) <= _MOST
         return near if known else ()
 
@@ -124,14 +143,17 @@ class _Seen(NamedTuple):
     end: float
 
 
-def named(shadow: Shadow, ticks: Sequence[Tick], usual: Mapping[str, float], since: float = 0.0) -> Naming:
+def named(
+    shadow: Shadow, ticks: Sequence[Tick], scatter: Scatter, levels: Mapping[str, float], since: float = 0.0
+) -> Naming:
     """Name what explains the last ticks.
 
     Parameters
     ----------
     shadow : as it was before the first of the ticks; it is stepped on
     ticks : the last ones, in order
-    usual : by hypothesis, in standard deviations, what a sum reaches by chance
+    scatter : how leanings scatter where all is sound
+    levels : by hypothesis, how far the test for it has come, as a share of the furthest
     since : s of the log at which it was found to begin when less was read; 0 if it was not
     """
     shadow.clipped = np.inf  # what is named is a fault by now, whose course tells which
@@ -139,17 +161,23 @@ def named(shadow: Shadow, ticks: Sequence[Tick], usual: Mapping[str, float], sin
     drifting = np.array([each.verdict == THERMOMETER for each in hypotheses])
     seen = [_seen(shadow, tick) for tick in ticks]
     found: dict[str, tuple[Explanation, float]] = {}
+    excess_by_tick = scatter.excess
 
     def tried(ages: Iterable[int]) -> None:
         for age in (each for each in ages if 0 < each <= len(seen)):
             since = seen[-age].end - shadow.machine.tick
             table = np.concatenate(_rows(seen[len(seen) - age :], drifting, since))
-            white, leaning = table[:, 0], table[:, 1:]
-            excess = float(np.sum(white**2) - white.size)
+            leaning = table[:, 1 : 1 + len(hypotheses)].T
+            score, means = leaning @ table[:, 0], leaning @ table[:, 1:]
+            chance = means[:, : len(hypotheses)] + age * excess_by_tick
+            told = told_by(chance, np.column_stack([score, means]), scatter.scale)
+            excess = float(score @ told[:, 0]) - np.linalg.matrix_rank(scatter.white)
+            known, said = np.sum(means * told[:, 1:], axis=0), means.T @ told[:, 0]
             for column, (hypothesis, drifts) in enumerate(_columns(hypotheses, drifting)):
                 if hypothesis.wears:
-                    by_chance = usual[hypothesis.name] ** 2
-                    each = _explained(hypothesis, drifts, leaning[:, column], white, since, shadow, by_chance)
+                    sizes = float(known[column]), float(said[column])
+                    level = levels[hypothesis.name]
+                    each = _explained(hypothesis, drifts, *sizes, since, shadow, level)
                     if each.name not in found or each.evidence > found[each.name][0].evidence:
                         found[each.name] = each, excess
 
@@ -160,7 +188,7 @@ def named(shadow: Shadow, ticks: Sequence[Tick], usual: Mapping[str, float], sin
     for begin in begins:
         age = round((seen[-1].end - begin) / shadow.machine.tick)
         tried(each for each in range(age - _FINER, age + _FINER + 1) if each not in _AGES)
-    ranked = sorted(found.values(), key=lambda pair: (not pair[0].is_unusual, -pair[0].evidence))
+    ranked = sorted(found.values(), key=lambda pair: (not pair[0].is_leaning, -pair[0].evidence))
     return Naming([each for each, _ in ranked], ranked[0][1] if ranked else 0.0)
 
 
@@ -206,20 +234,20 @@ def _rows(seen: Sequence[_Seen], drifting: Array, began: float) -> list[Array]:
 def _explained(
     hypothesis: Hypothesis,
     drifts: bool,
-    leaning: Array,
-    white: Array,
+    information: float,
+    score: float,
     since: float,
     shadow: Shadow,
-    usual: float,
+    level: float,
 ) -> Explanation:
     """Best value of a hypothesis within its bounds, and what it explains."""
-    information = float(leaning @ leaning) + hypothesis.span**-2
-    value = float(leaning @ white) / information
+    information += hypothesis.span**-2
+    value = score / information
     if hypothesis.slots and not drifts:
         now = float(shadow.values[hypothesis.slots[0]])
         low, high = hypothesis.lower - now, hypothesis.upper - now
         value = min(max(value, min(low, 0.0)), max(high, 0.0))
-    evidence = 2 * value * float(leaning @ white) - value**2 * information
+    evidence = 2 * value * score - value**2 * information
     name = hypothesis.name.replace("sensor_offset", "sensor_drift") if drifts else hypothesis.name
     scale = 3600.0 if drifts else 1.0
-    return Explanation(name, hypothesis, value / scale, information**-0.5 / scale, evidence, since, usual)
+    return Explanation(name, hypothesis, value / scale, information**-0.5 / scale, evidence, since, level)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.data.experiment_file import MEASURED
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import parse_unit
@@ -17,7 +19,7 @@ from warmlink.orchestration.watch.learning import SoundPart
 from warmlink.orchestration.watch.naming import Explanation
 from warmlink.orchestration.watch.ticks import Tick
 
-WINDOW_FILE, MODEL_FILE, LAW_FILE = "window.csv", "model.ssv", "law.ssv"
+WINDOW_FILE, EXPERIMENT_FILE, MODEL_FILE, LAW_FILE = "window.csv", "experiment.toml", "model.ssv", "law.ssv"
 """Files of an alarm."""
 
 _SAME = 1e-9
@@ -29,6 +31,7 @@ Design = Callable[[Mapping[str, float], Path], None]
 
 def write_offer(
     folder: Path,
+    system: str,
     machine: WatchedMachine,
     learnt: SoundPart,
     ticks: Sequence[Tick],
@@ -40,6 +43,7 @@ def write_offer(
     Parameters
     ----------
     folder : of the alarm, made if it is not there
+    system : the machine as an experiment names it: a name, or the absolute path of a file
     machine : what is watched
     learnt : of the sound part
     ticks : on which the alarm rests
@@ -55,7 +59,9 @@ def write_offer(
         folder.mkdir(parents=True, exist_ok=True)
         with fresh_file(folder / WINDOW_FILE) as scratch:
             _write_window(scratch, machine, ticks)
-        files = [WINDOW_FILE]
+        with fresh_file(folder / EXPERIMENT_FILE) as scratch:
+            scratch.write_text(_experiment(system, machine, learnt), "utf-8")
+        files = [WINDOW_FILE, EXPERIMENT_FILE]
         changed = changed_parameters(machine, learnt, causes if causes or design is None else None)
         if changed is not None:
             units = {name: machine.rig.unit(name) for name in changed}
@@ -90,10 +96,33 @@ def changed_parameters(
         if not causes or not any(slots[i] in machine.rig.parameters for i in causes[0].hypothesis.slots):
             return None
         values[list(causes[0].hypothesis.slots)] += causes[0].value
+    for each in machine.hypotheses:  # a search within bounds may end a hair beyond one
+        at = list(each.slots)
+        values[at] = np.clip(values[at], each.lower, each.upper)
     moved = np.abs(values - machine.slots) > _SAME * (1 + np.abs(machine.slots))
     there = dict(zip(slots, values.tolist(), strict=True))
     calibrated = {n: there[n] for n, m in zip(slots, moved, strict=True) if m and n in machine.rig.parameters}
     return {**machine.known, **calibrated}
+
+
+def _experiment(system: str, machine: WatchedMachine, learnt: SoundPart) -> str:
+    """The window as an experiment of the model as it was calibrated, which `diagnose` takes."""
+    known = changed_parameters(machine, learnt, None) or {}
+    units = {name: "" if machine.rig.unit(name) == "1" else f" {machine.rig.unit(name)}" for name in known}
+    return "\n".join(
+        [
+            "# What led to the alarm; the model as it was calibrated on the sound part.",
+            f"system = {json.dumps(system)}",
+            f"initial = {json.dumps(MEASURED)}",
+            "",
+            "[[run]]",
+            f"data = {json.dumps(WINDOW_FILE)}",
+            "",
+            "[known]",
+            *(f'{json.dumps(name)} = "{value!r}{units[name]}"' for name, value in known.items()),
+            "",
+        ]
+    )
 
 
 def _write_window(path: Path, machine: WatchedMachine, ticks: Sequence[Tick]) -> None:

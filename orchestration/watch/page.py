@@ -1,21 +1,34 @@
-"""The page of a watch: one file that renews itself, with the state, the last hours and the alarms."""
+"""The page of a watch: one file that renews itself, and that may be served over HTTP, read only."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from datetime import UTC, datetime
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.report.page import rendered
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 from warmlink.orchestration.watch.watcher import SHOWN
-from warmlink.orchestration.watch.watching import Watching
+from warmlink.orchestration.watch.watching import ALARMS, Watching
 
 PAGE = "watch.html"
+
+FILES = {
+    "/": (PAGE, "text/html; charset=utf-8"),
+    "/alarms.jsonl": (ALARMS, "application/x-ndjson"),
+}
+"""File and its type by path; the state is not among them."""
 
 _SECONDS = 10
 """s after which the page loads itself anew."""
@@ -173,3 +186,58 @@ def _plot(
 
 def _points(x: Array, y: Array) -> str:
     return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True) if np.isfinite(b))
+
+
+@contextmanager
+def served(address: str, folder: Path) -> Iterator[int]:
+    """Serve the page meanwhile, at the address that was given and no other; gives the port.
+
+    Parameters
+    ----------
+    address : HOST:PORT; a loopback host unless others are to see it
+    folder : of the watch
+
+    Raises
+    ------
+    InputError
+        The address is none, or is taken.
+    """
+    host, colon, port = address.rpartition(":")
+    where = argument("serve", address)
+    if not (colon and host and port.isdigit() and int(port) < 65536):
+        raise InputError(f"{where}: is no address; write HOST:PORT, as 127.0.0.1:8080")
+
+    class Handler(BaseHTTPRequestHandler):
+        """Gives the files to whoever asks, and takes nothing."""
+
+        def do_GET(self) -> None:
+            """Answer with a file, or that there is none."""
+            found = FILES.get(self.path.partition("?")[0])
+            try:
+                content = (folder / found[0]).read_bytes() if found else None
+            except OSError:
+                content = None
+            self.send_response(404 if content is None else 200)
+            self.send_header("Content-Type", found[1] if found else "text/plain")
+            self.send_header("Cache-Control", "no-store")
+            self.end_headers()
+            self.wfile.write(b"nothing here\n" if content is None else content)
+
+        def log_message(self, format: str, *args: object) -> None:
+            """Say nothing of each request."""
+
+    try:
+        server = ThreadingHTTPServer((host, int(port)), Handler)
+    except OSError as fault:
+        raise InputError(
+            f"{where}: cannot be served ({fault.strerror or fault}); choose another address"
+        ) from None
+    thread = threading.Thread(target=server.serve_forever, name="page", daemon=True)
+    thread.start()
+    remark(f"the page is at http://{host}:{server.server_port}/")
+    try:
+        yield server.server_port
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()

@@ -27,7 +27,7 @@ SETTLED = 30
 FEWEST = 120
 """Ticks of a sound part below which nothing can be learnt."""
 
-_SOUND_FOR_MEMORY = 5
+_SOUND_FOR_MEMORY = 3
 """Times a memory that the sound part has to last for it."""
 
 _BLOCK = (20, 120)

@@ -113,19 +113,17 @@ class LinearTick(NamedTuple):
 
 
 class Innovation(NamedTuple):
-    """What a tick says: innovations in standard deviations, and how far they lean each hypothesis' way.
+    """What a tick says: innovations in standard deviations, and which way they would lean by each hypothesis.
 
     Attributes
     ----------
     white : whitened innovations, shape (outputs,); NaN where nothing was read
-    lean, weight : sums of products of the innovations with each direction, and of its squares, shape
-        (hypotheses,)
+    rows : the same, clipped, and behind them their directions by hypothesis, shape (readings, 1 + hypotheses)
     expected, sigma : reading that was expected and its standard deviation in SI, shape (outputs,)
     """
 
     white: Array
-    lean: Array
-    weight: Array
+    rows: Array
     expected: Array
     sigma: Array
 
@@ -213,8 +211,7 @@ class Shadow:
         self.x = reached + onward[: self.plant] @ correction
         self.rest = np.diag(onward)[self.plant :] * self.rest
         self.P = onward @ said.covariance @ onward.T + np.diag(self.noise.process(self.plant, lasting))
-        lean, weight = said.rows[:, 1:].T @ said.rows[:, 0], np.sum(said.rows[:, 1:] ** 2, axis=0)
-        innovation = Innovation(said.white, lean, weight, expected, said.sigma)
+        innovation = Innovation(said.white, said.rows, expected, said.sigma)
         return innovation, LinearTick(
             error, seen, onward, pushed, direct, tick.counts, lasting, correction, anew, driven
         )

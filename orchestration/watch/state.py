@@ -14,15 +14,14 @@ import numpy as np
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.files import fresh_file, stamped, unstamped
+from warmlink.orchestration.watch.combining import Scatter
 from warmlink.orchestration.watch.learning import SoundPart
 from warmlink.orchestration.watch.sequential import Limits, Sequential
-from warmlink.orchestration.watch.shadow import Innovation, Shadow, ShadowNoise
+from warmlink.orchestration.watch.shadow import Shadow, ShadowNoise
 from warmlink.orchestration.watch.ticks import Gatherer, Tick
 from warmlink.orchestration.watch.watcher import SHADOW_KEPT, Moment, Standing, Watcher
 
-_KINDS = {
-    each.__name__: each for each in (Tick, ShadowNoise, SoundPart, Limits, Innovation, Standing, Moment)
-}
+_KINDS = {each.__name__: each for each in (Tick, ShadowNoise, Scatter, SoundPart, Limits, Standing, Moment)}
 
 
 def encoded(value: Any) -> Any:

@@ -13,6 +13,7 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.progress import spinner
+from warmlink.orchestration.watch.combining import leanings
 from warmlink.orchestration.watch.hypotheses import CLOCK, LAW, MODEL, THERMOMETER, WatchedMachine
 from warmlink.orchestration.watch.law import LawError
 from warmlink.orchestration.watch.learning import SoundPart, learn, surprise_of
@@ -73,6 +74,7 @@ class Watcher:
     ----------
     learnt, limits : None until the sound part is over
     explained : what the alarm that was told last is put down to
+    combined : leanings of all hypotheses that tell each best that is watched for, shape (hypotheses, things)
     levels : each thing's largest sum as a share of its threshold, shape (things,)
     """
 
@@ -90,6 +92,7 @@ class Watcher:
     recent: deque[Tick] = field(default_factory=deque)
     snapshots: deque[tuple[int, Shadow]] = field(default_factory=deque)
     judged: int = 0
+    combined: Array = field(default_factory=lambda: np.zeros((0, 0)))
     moments: deque[Moment] = field(default_factory=lambda: deque(maxlen=SHOWN))
 
     KEPT: ClassVar[tuple[str, ...]] = (
@@ -156,12 +159,12 @@ class Watcher:
         """Begin to judge, with what was learnt and the thresholds."""
         self.shadow = Shadow(self.machine, learnt.noise, learnt.values, learnt.offsets, learnt.weights)
         self.test = Sequential(limits, len(self.things))
+        self.combined = learnt.scatter.combined(self.machine.watched)
 
     def _tested(self, lean: Any, weight: Any, surprise: Any, errors: Any) -> tuple[Any, Any]:
         """Of what is watched for, and beside it how much is off at all, and what the law leaves."""
-        wears, surprise = np.array([each.wears for each in self.machine.hypotheses]), np.asarray(surprise)
-        leans, weights = [lean[..., wears], surprise[..., None]], [weight[..., wears]]
-        weights.append(np.ones_like(leans[1]))
+        leans = [lean, np.asarray(surprise)[..., None]]
+        weights = [weight, np.ones_like(leans[1])]
         if self.law is not None:
             said, known = self.law.leans(errors)
             leans.append(said[..., None])
@@ -183,7 +186,8 @@ class Watcher:
             self.recent.popleft()
         self.judged += 1
         said, _ = self.shadow.step(tick)
-        self.test.add(*self._tested(said.lean, said.weight, surprise_of(said.white), error))
+        told = leanings(said.rows, self.combined)
+        self.test.add(*self._tested(*told, surprise_of(said.white), error))
         self.moments.append(Moment(tick.end, self.by_verdict(), tick.readings, said.expected, said.sigma))
 
     def by_verdict(self) -> dict[str, float]:
@@ -233,9 +237,9 @@ class Watcher:
         first = self.judged - len(self.recent)
         at, shadow = next(pair for pair in self.snapshots if pair[0] >= first)
         since = self.standing.since if self.standing else 0.0
-        assert self.limits is not None
-        usual = dict(zip(self.things, self.limits.sizes.max(axis=0).tolist(), strict=True))
-        return named(twin_of(shadow), list(self.recent)[at - first :], usual, since)
+        assert self.learnt is not None
+        levels = dict(zip(self.things, (self.levels / self.levels.max()).tolist(), strict=True))
+        return named(twin_of(shadow), list(self.recent)[at - first :], self.learnt.scatter, levels, since)
 
     def _told(self, time: float) -> dict[str, Any]:
         """An alarm, with what it is put down to."""
@@ -273,8 +277,8 @@ def sentence(found: Naming, time: float, first: str) -> str:
     minutes = max(time - best.since, 0.0) / 60
     share = min(best.evidence / max(found.excess, best.evidence, 1e-9), 1.0)
     return (
-        f"{names}: since about {minutes:.0f} min before, {best.hypothesis.variable} by {best.value:+.3g} "
-        f"(+- {best.std:.2g}) explains {100 * share:.0f} % of what the readings are off by"
+        f"{names}: since about {minutes:.0f} min before, {best.hypothesis.variable} by {best.size} explains "
+        f"{100 * share:.0f} % of what the readings are off by"
     )
 
 

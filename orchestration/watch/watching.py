@@ -204,9 +204,17 @@ class Watching:
         watcher = self.watcher
         assert watcher.learnt is not None
         folder = f"alarm-{len(self.alarms) + (not again)}"
-        ticks = list(watcher.recent)
-        offered = self.folder / folder, watcher.machine, watcher.learnt, ticks, watcher.explained
-        return [f"{folder}/{each}" for each in write_offer(*offered, self.asked.design)]
+        system = self.asked.told.machine
+        written = write_offer(
+            self.folder / folder,
+            str(Path(system).resolve()) if Path(system).is_file() else system,
+            watcher.machine,
+            watcher.learnt,
+            list(watcher.recent),
+            watcher.explained,
+            self.asked.design,
+        )
+        return [f"{folder}/{each}" for each in written]
 
     def _of_source(self) -> Iterator[dict[str, Any]]:
         """What the source has to tell; it is not part of what was judged."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from warmlink.orchestration.cli import main
+from tests.command import refused
 
 SSD = """<?xml version="1.0" encoding="UTF-8"?>
 <ssd:SystemStructureDescription xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"
@@ -26,21 +26,6 @@ def _in_a_fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("wrong.toml").write_text("title = ")
     with zipfile.ZipFile("lonely.ssp", "w") as archive:
         archive.writestr("SystemStructure.ssd", SSD)
-
-
-def refused(arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> str:
-    before = sorted(Path().rglob("*"))
-    monkeypatch.setattr("sys.argv", ["warmlink", *arguments])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    out, err = capsys.readouterr()
-    assert stop.value.code == 2, err
-    assert out == ""
-    assert err.startswith("warmlink: ")
-    assert err.count("\n") == 1, err
-    assert "Traceback" not in err
-    assert sorted(Path().rglob("*")) == before
-    return err
 
 
 @pytest.mark.parametrize(

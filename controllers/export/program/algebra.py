@@ -11,7 +11,7 @@ from warmlink.controllers.export.program.expressions import (
     CONDITIONS,
     FUNCTIONS,
     Array,
-    Noted,
+    Computed,
     constant,
     expression,
     is_number,
@@ -21,7 +21,7 @@ from warmlink.controllers.export.program.expressions import (
 )
 
 
-def apply(kind: str, *given: Any) -> Noted:
+def apply(kind: str, *given: Any) -> Computed:
     """A function of expressions, element by element."""
     of = [lifted(each) for each in given]
     made = _applied(kind, of)
@@ -30,17 +30,17 @@ def apply(kind: str, *given: Any) -> Noted:
     return made
 
 
-def _rest(one: Noted) -> Noted:
+def _rest(one: Computed) -> Computed:
     """What rounding has left of a number."""
     return one.rest if one.rest is not None else constant(np.zeros(one.shape))
 
 
-def with_rest(one: Noted) -> list[Noted]:
+def with_rest(one: Computed) -> list[Computed]:
     """A number, and what rounding has left of it."""
     return [one, _rest(one)]
 
 
-def accumulated(value: Noted, change: Any) -> Noted:
+def accumulated(value: Computed, change: Any) -> Computed:
     """A sum; what rounding leaves of it goes on with it, where something has been left of the value."""
     if value.rest is None:
         return apply("add", value, change)
@@ -51,7 +51,7 @@ def accumulated(value: Noted, change: Any) -> Noted:
     return made
 
 
-def _applied(kind: str, of: list[Noted]) -> Noted:
+def _applied(kind: str, of: list[Computed]) -> Computed:
     shape = np.broadcast_shapes(*(each.shape for each in of))
     if kind not in ("and", "or", "not"):
         first = 1 if kind == "select" else 0
@@ -68,7 +68,7 @@ def _applied(kind: str, of: list[Noted]) -> Noted:
     return _settled(expression(kind, of, shape))
 
 
-def _settled(made: Noted) -> Noted:
+def _settled(made: Computed) -> Computed:
     """An expression that follows from the design alone as a constant: computed here, and rounded once."""
     if made.value is None or made.kind == "constant":
         return made
@@ -80,35 +80,35 @@ def _settled(made: Noted) -> Noted:
     return made
 
 
-def hold(one: Noted) -> None:
+def hold(one: Computed) -> None:
     """Take for granted that a number is above 0."""
     key = "gt", (id(one), id(constant(0.0))), (), None
     remembered[key] = _known(True, ())
 
 
-def _known(truth: bool, shape: tuple[int, ...]) -> Noted:
+def _known(truth: bool, shape: tuple[int, ...]) -> Computed:
     return constant(np.full(shape, float(truth)))
 
 
-def _broadcast(one: Noted, shape: tuple[int, ...]) -> Noted:
-    return take(one, np.broadcast_to(np.arange(one.size).reshape(one.shape), shape))
+def _broadcast(one: Computed, shape: tuple[int, ...]) -> Computed:
+    return take(one, np.broadcast_to(places_of(one), shape))
 
 
-def flag(condition: Noted) -> Noted:
+def flag(condition: Computed) -> Computed:
     """1 where a condition holds, else 0."""
     if condition.kind == "constant":
         return condition
     return expression("select", (condition, constant(1.0), constant(0.0)), condition.shape)
 
 
-def told_by(one: Noted) -> Noted | None:
+def told_by(one: Computed) -> Computed | None:
     """The condition that a flag tells of, or None where it is no flag."""
     if one.kind == "select" and is_number(one.of[1], 1.0) and is_number(one.of[2], 0.0):
         return one.of[0]
     return one if one.condition else None
 
 
-def _simplified(kind: str, of: list[Noted], shape: tuple[int, ...]) -> Noted | None:
+def _simplified(kind: str, of: list[Computed], shape: tuple[int, ...]) -> Computed | None:
     a, b = (*of, *of)[:2]
     wide = [k for k in range(len(of)) if of[k].shape == shape]
     if kind == "add" and is_number(a, 0.0) and 1 in wide:
@@ -138,7 +138,7 @@ def _simplified(kind: str, of: list[Noted], shape: tuple[int, ...]) -> Noted | N
     return _of_flags(kind, of, shape)
 
 
-def _of_flags(kind: str, of: list[Noted], shape: tuple[int, ...]) -> Noted | None:
+def _of_flags(kind: str, of: list[Computed], shape: tuple[int, ...]) -> Computed | None:
     """What is told by flags alone, as logic."""
     a, b = (*of, *of)[:2]
     if kind == "sub" and is_number(a, 1.0) and told_by(b) is not None and b.shape == shape:
@@ -158,7 +158,9 @@ def _of_flags(kind: str, of: list[Noted], shape: tuple[int, ...]) -> Noted | Non
     return None
 
 
-def _selected(condition: Noted, then: Noted, otherwise: Noted, shape: tuple[int, ...]) -> Noted | None:
+def _selected(
+    condition: Computed, then: Computed, otherwise: Computed, shape: tuple[int, ...]
+) -> Computed | None:
     if condition.kind == "constant" and condition.shape == ():
         return _wide(then if condition.data else otherwise, shape)
     if then is otherwise or (then.kind == otherwise.kind == "constant" and is_number(then, otherwise.data)):
@@ -189,15 +191,20 @@ def _selected(condition: Noted, then: Noted, otherwise: Noted, shape: tuple[int,
     return None
 
 
-def _same(of: tuple[Noted, ...], *others: Noted) -> bool:
+def _same(of: tuple[Computed, ...], *others: Computed) -> bool:
     return all(a is b for a, b in zip(of, others, strict=True))
 
 
-def _wide(one: Noted, shape: tuple[int, ...]) -> Noted:
+def _wide(one: Computed, shape: tuple[int, ...]) -> Computed:
     return one if one.shape == shape else _broadcast(one, shape)
 
 
-def take(of: Noted, places: Any) -> Noted:
+def places_of(one: Computed) -> Array:
+    """Where in an array each of its elements lies, in the array's shape."""
+    return np.arange(one.size).reshape(one.shape)
+
+
+def take(of: Computed, places: Any) -> Computed:
     """Elements at places of the elements of another expression, shape as the places'."""
     places = np.asarray(places, dtype=int)
     made = _taken(of, places)
@@ -206,7 +213,7 @@ def take(of: Noted, places: Any) -> Noted:
     return made
 
 
-def _taken(of: Noted, places: Array) -> Noted:
+def _taken(of: Computed, places: Array) -> Computed:
     if of.kind == "constant":
         return constant(of.data.ravel()[places])
     if places.shape == of.shape and np.array_equal(places.ravel(), np.arange(of.size)):
@@ -229,11 +236,11 @@ def _taken(of: Noted, places: Array) -> Noted:
     return _plain(of, places)
 
 
-def _woven(of: Noted, places: Array) -> Noted:
+def _woven(of: Computed, places: Array) -> Computed:
     """Elements of a stack in another order: of each part those that are asked for."""
-    parts, at = list[Noted](), list[Array]()
+    parts, at = list[Computed](), list[Array]()
 
-    def add(part: Noted, asked: Array, to: Array) -> None:
+    def add(part: Computed, asked: Array, to: Array) -> None:
         if part.kind not in ("stack", "weave"):
             parts.append(take(part, asked) if part.shape else part)
             at.append(to)
@@ -253,7 +260,7 @@ _MOVABLE = frozenset({"add", "sub", "mul", "sum", "neg"})
 """What may as well be done after elements of a matrix were taken, as those of its upper triangle."""
 
 
-def _inside(of: Noted, places: Array) -> Noted:
+def _inside(of: Computed, places: Array) -> Computed:
     """Elements of a matrix that is computed, worked out at these places alone."""
     if of.kind == "sum":
         (whole,) = of.of
@@ -262,14 +269,14 @@ def _inside(of: Noted, places: Array) -> Noted:
     return apply(of.kind, *(take(each, places) if each.shape else each for each in of.of))
 
 
-def _plain(of: Noted, places: Array) -> Noted:
+def _plain(of: Computed, places: Array) -> Computed:
     made = expression("take", (of,), places.shape, places)
     return _settled(made) if made.condition else made
 
 
-def stacked(parts: Iterable[Any]) -> Noted:
+def stacked(parts: Iterable[Any]) -> Computed:
     """Numbers and vectors one after the other."""
-    flat: list[Noted] = []
+    flat: list[Computed] = []
     for part in map(lifted, parts):
         inner = flag(part) if part.condition else part
         if inner.kind == "take" and inner.size == 1 and inner.of[0].shape == ():
@@ -285,17 +292,17 @@ def stacked(parts: Iterable[Any]) -> Noted:
     return made
 
 
-def summed(of: Any) -> Noted:
+def summed(of: Any) -> Computed:
     """Sum along the last dimension."""
     one = lifted(of)
     one = flag(one) if one.condition else one
     if one.kind == "constant":
         return constant(one.data.sum(axis=-1))
     if one.shape[-1] == 1:
-        return take(one, np.arange(one.size).reshape(one.shape[:-1]))
+        return take(one, places_of(one)[..., 0])
     if one.kind == "mul" and one.ndim == 1:
         for factor, other in (one.of, one.of[::-1]):
             if factor.kind == "constant" and factor.shape and np.count_nonzero(factor.data) == 1:
                 (place,) = np.flatnonzero(factor.data)
-                return apply("mul", factor.data[place], other[int(place)] if other.shape else other)
+                return apply("mul", factor.data[place], take(other, place) if other.shape else other)
     return _settled(expression("sum", (one,), one.shape[:-1]))

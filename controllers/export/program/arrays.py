@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.controllers.export.program.algebra import apply, stacked, summed, take
+from warmlink.controllers.export.program.algebra import apply, places_of, stacked, summed, take
 from warmlink.controllers.export.program.expressions import (
     LARGEST,
     Array,
-    Noted,
+    Computed,
     constant,
     expression,
     is_number,
@@ -18,7 +18,7 @@ from warmlink.controllers.export.program.expressions import (
 )
 
 
-def diagonal(of: Any) -> Noted:
+def diagonal(of: Any) -> Computed:
     """Square matrix with a vector on its diagonal, or the diagonal of a matrix."""
     one = lifted(of)
     size = one.shape[0]
@@ -31,18 +31,18 @@ def diagonal(of: Any) -> Noted:
     return made
 
 
-def transposed(of: Noted) -> Noted:
+def transposed(of: Computed) -> Computed:
     """The transpose of a matrix; a vector as it is."""
     if of.ndim < 2 or of.diagonal is not None:
         return of
-    return take(of, np.arange(of.size).reshape(of.shape).T)
+    return take(of, places_of(of).T)
 
 
-def product(a: Any, b: Any) -> Noted:
+def product(a: Any, b: Any) -> Computed:
     """Product of matrices, or of a matrix and a vector."""
     a, b = lifted(a), lifted(b)
     if a.diagonal is not None:
-        return apply("mul", a.diagonal if b.ndim == 1 else a.diagonal[:, None], b)
+        return apply("mul", a.diagonal if b.ndim == 1 else _column(a.diagonal), b)
     if b.diagonal is not None:
         return apply("mul", a, b.diagonal)
     rows, inner = (a.shape[0] if a.ndim == 2 else 1), a.shape[-1]
@@ -61,7 +61,7 @@ def product(a: Any, b: Any) -> Noted:
     return summed(apply("mul", take(a, left.reshape(whole)), take(b, right.reshape(whole))))
 
 
-def zeros(one: Noted) -> Array:
+def zeros(one: Computed) -> Array:
     """Which elements are 0 whatever the numbers are, as those beside a diagonal."""
     if one.kind == "constant":
         return np.asarray(one.data == 0.0)
@@ -78,12 +78,17 @@ def _others(zero: Array) -> Array:
     return np.sort(np.argsort(zero, axis=1, kind="stable")[:, :count], axis=1)
 
 
-def outer(a: Any, b: Any) -> Noted:
+def outer(a: Any, b: Any) -> Computed:
     """Product of a column and a row."""
-    return apply("mul", lifted(a)[:, None], lifted(b)[None, :])
+    row = lifted(b)
+    return apply("mul", _column(lifted(a)), take(row, places_of(row)[None, :]))
 
 
-def blocks(rows: list[list[Any]]) -> Noted:
+def _column(of: Computed) -> Computed:
+    return take(of, places_of(of)[:, None])
+
+
+def blocks(rows: list[list[Any]]) -> Computed:
     """A matrix of matrices."""
     parts, places, start = [], [], 0
     for row in rows:
@@ -96,7 +101,7 @@ def blocks(rows: list[list[Any]]) -> Noted:
     return take(stacked(parts), np.block(places))
 
 
-def power(base: Any, exponent: Any) -> Noted:
+def power(base: Any, exponent: Any) -> Computed:
     """A power: of a known exponent of 1/2 or a small whole number the root or the product."""
     known = lifted(exponent)
     if is_number(known, 0.5):
@@ -109,7 +114,7 @@ def power(base: Any, exponent: Any) -> Noted:
     return apply("pow", base, exponent)
 
 
-def finite(value: Any) -> Noted:
+def finite(value: Any) -> Computed:
     """Whether a number is neither NaN nor infinite."""
     return apply("lt", apply("abs", value), LARGEST)
 
@@ -156,7 +161,7 @@ ARRAYS: dict[str, Any] = {
     ),
     "block": blocks,
     "real": lifted,
-    "ravel": lambda of: of.ravel(),
+    "ravel": lambda of: take(of, places_of(of).ravel()),
     "transpose": transposed,
 }
 """NumPy's functions of arrays."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from warmlink.controllers.export.program.contraction import contracted
-from warmlink.controllers.export.program.expressions import FUNCTIONS, Noted
+from warmlink.controllers.export.program.expressions import FUNCTIONS, Computed
 from warmlink.controllers.export.program.in_place import may_follow, may_overwrite, stays
 from warmlink.controllers.export.program.places import fitted, place_of
 from warmlink.controllers.export.program.ranges import never_negative, never_zero
@@ -70,7 +70,7 @@ class Lowering(Uses):
                     found[k] = j
         return found
 
-    def _late(self, one: Noted, target: Slot) -> bool:
+    def _late(self, one: Computed, target: Slot) -> bool:
         """Whether a result that is changed in place is computed last, straight into its variable."""
         alone = len(self._users[id(one)]) == 1
         simple = one.kind in FUNCTIONS or one.kind == "weave"
@@ -100,14 +100,14 @@ class Lowering(Uses):
                 if self._place(one) is not target:
                     pending.append((one, target))
 
-    def _place(self, one: Noted) -> Slot | None:
+    def _place(self, one: Computed) -> Slot | None:
         return self.leaves.get(one.data) if one.kind == "leaf" else self.slots.get(id(one))
 
-    def _read_slots(self, one: Noted) -> dict[int, bool]:
+    def _read_slots(self, one: Computed) -> dict[int, bool]:
         """Variables that an expression reads, and whether each only at the place that it is computed for."""
         found: dict[int, bool] = {}
 
-        def seen(each: Noted, straight: bool) -> None:
+        def seen(each: Computed, straight: bool) -> None:
             place = self._place(each)
             if place is not None and (each is not one or id(one) in self.slots):
                 found[id(place)] = found.get(id(place), True) and straight
@@ -148,7 +148,7 @@ class Lowering(Uses):
         self.locals.append(made)
         return made
 
-    def _passed(self, one: Noted) -> Value:
+    def _passed(self, one: Computed) -> Value:
         if not one.shape:
             return self.element(one, ())
         place = self._place(one)
@@ -162,7 +162,7 @@ class Lowering(Uses):
             self.slots[id(one)] = place
         return Read(place)
 
-    def _compute(self, one: Noted, to: Slot) -> None:
+    def _compute(self, one: Computed, to: Slot) -> None:
         """Statements that give a variable its value."""
         if one.kind in ("stack", "weave") and self._place(one) in (None, to):
             if one.kind == "stack":
@@ -190,7 +190,7 @@ class Lowering(Uses):
             body = [For(variable, count, body)]
         self.body.extend(body)
 
-    def _pieces(self, one: Noted, to: Slot) -> None:
+    def _pieces(self, one: Computed, to: Slot) -> None:
         start, parts = 0, list(one.of)
         while parts:
             part = parts.pop(0)
@@ -208,14 +208,14 @@ class Lowering(Uses):
                 self.body.append(For("i", size, [Set(at, inner)]))
             start += size
 
-    def _in_turn(self, one: Noted, target: Slot) -> bool:
+    def _in_turn(self, one: Computed, target: Slot) -> bool:
         """Whether parts can be written into the variable that they are read from, one after the other."""
         if one.kind != "weave" or id(one) in self.slots:
             return False
         lost: set[int] = set()
         return all(may_follow(statement, target, lost) for statement in self._strands(one, target))
 
-    def _strands(self, one: Noted, to: Slot) -> list[Statement]:
+    def _strands(self, one: Computed, to: Slot) -> list[Statement]:
         """Statements that write parts to where they belong among the others."""
         start, places, made = 0, np.argsort(one.data), list[Statement]()
         for part in one.of:
@@ -229,7 +229,7 @@ class Lowering(Uses):
                 made.append(For("i", part.size, [Set(at, self.element(part, ("i",)))]))
         return [each for each in made if not stays(each)]
 
-    def element(self, one: Noted, dims: tuple[str | int, ...]) -> Value:
+    def element(self, one: Computed, dims: tuple[str | int, ...]) -> Value:
         """An element of an expression; of a number, itself."""
         dims = dims if one.shape else ()
         place = self._place(one)
@@ -253,7 +253,7 @@ class Lowering(Uses):
             kind = "root"
         return Operation(kind, tuple(self.element(each, dims) for each in one.of))
 
-    def _settled(self, one: Noted) -> Slot:
+    def _settled(self, one: Computed) -> Slot:
         """The variable of a constant that the design settles."""
         assert one.value is not None
         origin = [self.leaves["design", name] for name in sorted(one.origin)]
@@ -264,7 +264,7 @@ class Lowering(Uses):
         self.leaves[one.data] = slot
         return slot
 
-    def _taken(self, one: Noted, dims: tuple[str | int, ...]) -> Value:
+    def _taken(self, one: Computed, dims: tuple[str | int, ...]) -> Value:
         (of,) = one.of
         if not of.shape:
             return self.element(of, ())

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.controllers.export.program.algebra import told_by
-from warmlink.controllers.export.program.expressions import Noted
+from warmlink.controllers.export.program.expressions import Computed
 
 _NOT_ITS_NAMES = ("arithmetic.py", "matrices.py", "calls.py", "instance.py")
 
@@ -32,7 +32,7 @@ def noticed(frame: Any, event: str, result: Any) -> None:
 
 
 def _named(value: Any, name: str, kind: str, depth: int = 0) -> None:
-    if isinstance(value, Noted):
+    if isinstance(value, Computed):
         if value.kind != "constant" and not (value.kind == "leaf" and value.data[0] != "settled"):
             setattr(value, kind, getattr(value, kind) or name)
             if value.kind == "select" and told_by(value) is not None:

@@ -11,10 +11,10 @@ import numpy as np
 from warmlink.controllers.export.program import tracing
 from warmlink.controllers.export.program.expressions import Given
 from warmlink.controllers.export.program.lowering import Lowering
-from warmlink.controllers.export.program.places import FreeNames, Tables
+from warmlink.controllers.export.program.noted import Noted
+from warmlink.controllers.export.program.places import RESERVED, FreeNames, Tables
 from warmlink.controllers.export.program.statements import Routine, Slot
 from warmlink.controllers.export.program.tracing import TracedFunction, leaf
-from warmlink.controllers.export.program.words import RESERVED
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.component.variables import Layout
@@ -66,7 +66,7 @@ def program(component: Component, settled: Number, name: str, single: bool) -> L
     """
     leaves: dict[tuple[str, str], Slot] = {}
     slow = {v.name: _rest_of(v) for v in component.states if single and v.slow}
-    with tracing.traced(tuple(slow)):
+    with tracing.traced(Noted, tuple(slow)):
         x = _record(component.x, "state", leaves)
         u = _record(component.u, "input", leaves)
         for of, rest in slow.items():

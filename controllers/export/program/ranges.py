@@ -8,7 +8,7 @@ from math import exp, inf, isnan, sqrt
 import numpy as np
 
 from warmlink.controllers.export.program.algebra import told_by
-from warmlink.controllers.export.program.expressions import Noted, is_number
+from warmlink.controllers.export.program.expressions import Computed, is_number
 
 Bounds = tuple[float, float]
 
@@ -16,18 +16,18 @@ SMALLEST = 1e-30
 """A number as small counts as 0: in single precision its square is."""
 
 
-def never_zero(one: Noted) -> bool:
+def never_zero(one: Computed) -> bool:
     """Whether an expression, NaN aside, cannot be 0."""
     low, high = bounds(one)
     return low > SMALLEST or high < -SMALLEST
 
 
-def never_negative(one: Noted) -> bool:
+def never_negative(one: Computed) -> bool:
     """Whether an expression, NaN aside, cannot be below 0."""
     return bounds(one)[0] >= 0.0
 
 
-def bounds(one: Noted) -> Bounds:
+def bounds(one: Computed) -> Bounds:
     """Least and largest that an expression, NaN aside, can be."""
     if one.value is not None:
         return float(np.min(one.value)), float(np.max(one.value))
@@ -38,7 +38,7 @@ def bounds(one: Noted) -> Bounds:
     return _RULES[one.kind](one, *of) if one.kind in _RULES else (-inf, inf)
 
 
-def _product(one: Noted, a: Bounds, b: Bounds) -> Bounds:
+def _product(one: Computed, a: Bounds, b: Bounds) -> Bounds:
     if one.of[0] is one.of[1]:
         ends = [x * x for x in a]
         return (0.0 if a[0] <= 0.0 <= a[1] else min(ends)), max(ends)
@@ -46,25 +46,25 @@ def _product(one: Noted, a: Bounds, b: Bounds) -> Bounds:
     return min(ends), max(ends)
 
 
-def _ratio(one: Noted, a: Bounds, b: Bounds) -> Bounds:
+def _ratio(one: Computed, a: Bounds, b: Bounds) -> Bounds:
     if b[0] > 0.0:
         return (0.0 if a[0] >= 0.0 else -inf), (0.0 if a[1] <= 0.0 else inf)
     return -inf, inf
 
 
-def _exponential(one: Noted, a: Bounds) -> Bounds:
+def _exponential(one: Computed, a: Bounds) -> Bounds:
     return (exp(a[0]) if a[0] > -700.0 else 0.0), (exp(a[1]) if a[1] < 700.0 else inf)
 
 
-def _root(one: Noted, a: Bounds) -> Bounds:
+def _root(one: Computed, a: Bounds) -> Bounds:
     return sqrt(max(a[0], 0.0)), sqrt(max(a[1], 0.0))
 
 
-def _several(one: Noted, *parts: Bounds) -> Bounds:
+def _several(one: Computed, *parts: Bounds) -> Bounds:
     return min(low for low, _ in parts), max(high for _, high in parts)
 
 
-def _sum(one: Noted, a: Bounds) -> Bounds:
+def _sum(one: Computed, a: Bounds) -> Bounds:
     count = one.of[0].shape[-1]
     return count * a[0], count * a[1]
 
@@ -88,7 +88,7 @@ _RULES: dict[str, Callable[..., Bounds]] = {
 }
 
 
-def is_binary(one: Noted) -> bool:
+def is_binary(one: Computed) -> bool:
     """Whether each element is 0 or 1, as far as that follows from its form."""
     if told_by(one) is not None or (one.kind == "constant" and bool(np.isin(one.data, (0.0, 1.0)).all())):
         return True

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.controllers.export.program import algebra, expressions
-from warmlink.controllers.export.program.expressions import Given, Noted, expression, lifted
+from warmlink.controllers.export.program.expressions import Computed, Given, expression, lifted
 from warmlink.controllers.export.program.naming import noticed
 from warmlink.controllers.export.program.ranges import is_binary
 from warmlink.fmus.component import arithmetic
@@ -41,8 +41,8 @@ class TracedFunction:
 
     name: str
     about: str
-    arguments: list[Noted]
-    results: list[Noted]
+    arguments: list[Computed]
+    results: list[Computed]
     kept: int = 0
     spans: list[Span] = field(default_factory=list)
     paired: int = 0
@@ -64,8 +64,8 @@ class Call:
     """A call of a traced function."""
 
     function: TracedFunction
-    given: list[Noted]
-    asked: Noted | None = None
+    given: list[Computed]
+    asked: Computed | None = None
     given_at: float = 0.0
 
 
@@ -83,7 +83,7 @@ class _Tape:
 _tape = _Tape()
 
 
-def leaf(record: str, name: str, shape: tuple[int, ...], value: Any = None) -> Noted:
+def leaf(record: str, name: str, shape: tuple[int, ...], value: Any = None) -> Computed:
     """A value that is given; `value` where it follows from the design."""
     made = expression("leaf", (), shape, (record, name))
     made.name = name
@@ -93,13 +93,13 @@ def leaf(record: str, name: str, shape: tuple[int, ...], value: Any = None) -> N
 
 
 @contextmanager
-def traced(slow: tuple[str, ...] = ()) -> Iterator[None]:
-    """Laws that run meanwhile are remembered by what they name.
+def traced(noted: type[Computed], slow: tuple[str, ...] = ()) -> Iterator[None]:
+    """Laws that run meanwhile compute with expressions of this class, and lend them their variables' names.
 
     Of the states named in `slow` what rounding leaves is a state too, with `_rest` after its name.
     """
     global _tape
-    expressions.forget()
+    expressions.begin(noted)
     _tape = _Tape()
     _tape.slow = slow
     before = sys.getprofile()
@@ -130,7 +130,7 @@ def run(
 
 def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> Any:
     """A call of a function that is kept whole; the same arguments give the same function."""
-    values: list[Noted] = []
+    values: list[Computed] = []
     _mapped(given, lambda each: values.append(lifted(each)) if _is_value(each) else None)
     sure = idle and is_binary(values[-1])
     key = _like((function, _mapped(given, _shape), sure, idle), [each.rest is not None for each in values])
@@ -192,7 +192,7 @@ def _function(
     code: Any = inspect.unwrap(function)
     names = code.__code__.co_varnames[: code.__code__.co_argcount]
     name = _fresh(code.__name__.strip("_"))
-    arguments: list[Noted] = []
+    arguments: list[Computed] = []
 
     def symbols(value: Any, told: str) -> Any:
         if isinstance(value, tuple):
@@ -227,7 +227,7 @@ def _function(
     if idle:  # its results are its first arguments, and what is carried on of these
         rests.clear()
         _mapped(inside[0], lambda each: rests.append(each.rest is not None))
-    flat, carried = list[Noted](), iter(rests)
+    flat, carried = list[Computed](), iter(rests)
     _mapped(result, lambda each: flat.extend(algebra.with_rest(lifted(each))[: 1 + next(carried)]))
     for each in flat:
         if each.rest is not None:
@@ -238,7 +238,7 @@ def _function(
     return TracedFunction(name, about, arguments, flat, kept, _tape.spans.pop(), paired), (result, rests)
 
 
-def _shape_of_one(value: Noted, paired: bool) -> tuple[int, ...]:
+def _shape_of_one(value: Computed, paired: bool) -> tuple[int, ...]:
     """The shape of a value, or of one of the two that lie side by side in it."""
     if not paired:
         return value.shape
@@ -277,7 +277,7 @@ def functions() -> list[TracedFunction]:
 
 
 def _is_value(value: Any) -> bool:
-    return isinstance(value, Noted) or (isinstance(value, float) or hasattr(value, "dtype"))
+    return isinstance(value, Computed) or (isinstance(value, float) or hasattr(value, "dtype"))
 
 
 def _shape(value: Any) -> Any:

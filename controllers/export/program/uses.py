@@ -6,7 +6,7 @@ from collections import defaultdict
 from math import inf
 
 from warmlink.controllers.export.program.algebra import told_by
-from warmlink.controllers.export.program.expressions import FUNCTIONS, Noted
+from warmlink.controllers.export.program.expressions import FUNCTIONS, Computed
 from warmlink.controllers.export.program.places import FreeNames, Tables
 from warmlink.controllers.export.program.statements import Routine, Slot, Statement
 from warmlink.controllers.export.program.tracing import Call, TracedFunction
@@ -47,7 +47,7 @@ class Uses:
         self._in_place = set(map(id, late))
         self._share()
 
-    def _given(self, one: Noted) -> list[Noted]:
+    def _given(self, one: Computed) -> list[Computed]:
         """What an expression reads: of a call the arguments that the function uses."""
         if one.kind != "result":
             return list(one.of)
@@ -56,8 +56,8 @@ class Uses:
         read = [each for each, needed in zip(call.given, used, strict=True) if needed]
         return [*read, *([call.asked] if call.asked is not None else [])]
 
-    def _reachable(self) -> list[Noted]:
-        found: dict[int, Noted] = {}
+    def _reachable(self) -> list[Computed]:
+        found: dict[int, Computed] = {}
         pending = list(self.traced.results)
         while pending:
             one = pending.pop()
@@ -66,8 +66,8 @@ class Uses:
                 pending.extend(self._given(one))
         return sorted(found.values(), key=lambda each: each.serial)
 
-    def _used_by(self) -> dict[int, list[Noted | None]]:
-        users: dict[int, list[Noted | None]] = defaultdict(list)
+    def _used_by(self) -> dict[int, list[Computed | None]]:
+        users: dict[int, list[Computed | None]] = defaultdict(list)
         for one in self._order:
             for each in self._given(one):
                 users[id(each)].append(one)
@@ -75,7 +75,7 @@ class Uses:
             users[id(one)].append(None)
         return users
 
-    def held(self, one: Noted) -> bool:
+    def held(self, one: Computed) -> bool:
         """Whether an expression gets a variable of its own."""
         if one.kind in ("leaf", "constant", "take"):
             return False
@@ -93,7 +93,7 @@ class Uses:
             return True
         return bool(one.name) and size > 3 and not one.shape
 
-    def _operations(self, one: Noted) -> int:
+    def _operations(self, one: Computed) -> int:
         if id(one) in self._sizes:
             return self._sizes[id(one)]
         own = 1 if one.kind in FUNCTIONS and not is_flag(one) else 0
@@ -103,11 +103,11 @@ class Uses:
 
     _sizes: dict[int, int]
 
-    def _last(self, one: Noted) -> float:
+    def _last(self, one: Computed) -> float:
         """When an expression is read for the last time, as a serial."""
         return max((self._when(each) for each in self._users[id(one)]), default=-1.0)
 
-    def _when(self, user: Noted | None) -> float:
+    def _when(self, user: Computed | None) -> float:
         if user is None or id(user) in self._in_place:
             return inf
         if self.held(user):
@@ -152,7 +152,7 @@ class Uses:
             return result if result < function.kept else None
         return self.routines[id(function)].over.get(result)
 
-    def _slot(self, one: Noted) -> Slot:
+    def _slot(self, one: Computed) -> Slot:
         """The variable of an expression that has one."""
         if id(one) not in self.slots:
             name = self.names.fresh(one.name or one.fallback or "value")
@@ -161,6 +161,6 @@ class Uses:
         return self.slots[id(one)]
 
 
-def is_flag(one: Noted) -> bool:
+def is_flag(one: Computed) -> bool:
     """Whether an expression is 1 where a condition holds, else 0."""
     return one.kind == "select" and told_by(one) is not None

@@ -68,6 +68,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         "hint": None if hint is None else {**asdict(hint), "sentence": hint.sentence},
         "slips": list(diagnosis.slips),
         "doubts": list(diagnosis.doubts),
+        "known_values": list(diagnosis.would_help),
         "gain": _gain(diagnosis),
         "ladder": ladder_entries(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},

@@ -18,7 +18,7 @@ from warmlink.orchestration.diagnosis.data.experiment import PER_RUN
 from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber, Item
 from warmlink.orchestration.diagnosis.fit.fitting import held_at, of_numbers
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
-from warmlink.orchestration.diagnosis.ladder.delivered import CALIBRATED
+from warmlink.orchestration.diagnosis.ladder.judged import CALIBRATED
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -111,7 +111,10 @@ def calibration_doubts(diagnosis: Diagnosis) -> list[str]:
     """Sentences on what limits the calibration of the model to use from now on, bounds aside."""
     fit, given = diagnosis.calibration, diagnosis.experiment.calibrated
     said = []
-    if given and not fit.arrived:
+    if given and diagnosis.assessment.problem.ended_early:
+        limit = f"{diagnosis.experiment.time_limit:g} s"
+        said.append(f"The time limit of {limit} ended the calibration: these are the best numbers so far.")
+    elif given and not fit.arrived:
         told = "a further step would still gain something; give starts nearer to them, or calibrate fewer"
         said.append(f"The calibrated numbers are not yet the best ones: {told}.")
     denied = [(f.variable, v) for f, v in fit.values.items() if f.calibrated and f.added]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
@@ -62,6 +63,7 @@ class Experiment:
     remarks : what the reader should know of how the files were read
     declared, with_shipped : causes of this system, and whether the shipped ones are thought of as well
     only_calibrated : whether no cause is looked for, though what causes may do is no noise all the same
+    time_limit : longest time in s that a calibration may take
     """
 
     title: str
@@ -78,6 +80,7 @@ class Experiment:
     with_shipped: bool = True
     only_calibrated: bool = False
     accuracy: Mapping[str, float] = field(default_factory=dict)
+    time_limit: float = math.inf
 
     @property
     def catalogue(self) -> tuple[Cause, ...]:
@@ -91,14 +94,14 @@ class Experiment:
         return {"system": self.rig.name, "runs": runs, "known": dict(self.known), "remarks": remarks}
 
 
-def calibrating(experiment: Experiment) -> Experiment:
-    """The same, to look for no cause; raises InputError where nothing is calibrated."""
+def calibrating(experiment: Experiment, time_limit: float = math.inf) -> Experiment:
+    """The same, to look for no cause within a time limit in s; InputError where nothing is calibrated."""
     if not experiment.calibrated:
         raise InputError(
-            f"{argument('calibrate_only')}: {experiment.title} calibrates nothing; name under [calibrate] in "
-            'an experiment file what is to be fitted, as "link.convection_still" = { min = 2, max = 12 }'
+            f"{argument('only_calibrated')}: {experiment.title} calibrates nothing; name under [calibrate] "
+            'in an experiment file what is to be fitted, as "link.convection_still" = { min = 2, max = 12 }'
         )
-    return replace(experiment, only_calibrated=True)
+    return replace(experiment, only_calibrated=True, time_limit=time_limit)
 
 
 def read_experiment(source: Path | pd.DataFrame, options: ReadOptions = DEFAULT_OPTIONS) -> Experiment:

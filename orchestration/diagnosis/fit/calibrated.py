@@ -7,9 +7,9 @@ M. A. Branch, T. F. Coleman and Y. Li, SIAM Journal on Scientific Computing 21 (
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
-from typing import Any
 
 import numpy as np
 
@@ -36,6 +36,11 @@ _ARRIVED, _MOST_REFINED = 1.0, 3
 
 _FURTHER = ((0.25, 0.75), (0.75, 0.25))
 """Places between the bounds, alternately by number, of starts that are tried where others disagree."""
+
+
+class _TimeIsUpError(Exception):
+    """The time limit has passed."""
+
 
 _FAILED = 1e3
 """Times the first residuals that count where nothing can be simulated."""
@@ -69,7 +74,7 @@ def calibrated(fitter: Fitter, progress: Progress = unseen) -> Fit:
     given = np.array([each.start for each in freed])
     starts = [given, sought.between(np.full(given.size, 0.5))]
     ends: list[tuple[float, Array]] = []
-    while len(ends) < len(starts):
+    while len(ends) < len(starts) and not (ends and fitter.problem.out_of_time()):
         k, most = len(ends), len(starts)
         doing = f"calibrating from start {k + 1} of {most}"
         ends.append(sought.minimum(starts[k], stretch(progress, k / most, (k + 1) / most), doing))
@@ -136,25 +141,32 @@ class _Sought:
         from scipy.optimize import least_squares
 
         tried = count(1)
+        best: tuple[float, tuple[float, ...]] = (np.inf, ())
 
         def residual(places: Array) -> Array:
             step = next(tried)
             told = f"{doing}, step {step} of at most {_MOST_EVALUATIONS}"
             progress(told, min(1.0, step / _MOST_EVALUATIONS))
-            return self._residual(places)[0]
+            if step > 1 and self._fitter.problem.out_of_time():
+                raise _TimeIsUpError
+            residuals = self._residual(places)[0]
+            nonlocal best
+            best = min(best, (float(residuals @ residuals), tuple(places.tolist())))
+            return residuals
 
         begin = np.clip(self._places(start), 1e-6, 1 - 1e-6)
-        found: Any = least_squares(
-            residual,
-            begin,
-            lambda places: self._residual(places)[1],
-            bounds=(0.0, 1.0),
-            x_scale="jac",
-            ftol=1e-6,
-            xtol=1e-7,
-            max_nfev=_MOST_EVALUATIONS,
-        )
-        return 2 * float(found.cost), self.between(found.x)
+        with suppress(_TimeIsUpError):
+            least_squares(
+                residual,
+                begin,
+                lambda places: self._residual(places)[1],
+                bounds=(0.0, 1.0),
+                x_scale="jac",
+                ftol=1e-6,
+                xtol=1e-7,
+                max_nfev=_MOST_EVALUATIONS,
+            )
+        return best[0], self.between(np.array(best[1]))
 
     def _residual(self, places: Array) -> tuple[Array, Array]:
         """Whitened residuals and their derivatives by places."""

@@ -234,7 +234,7 @@ class Fitter:
         theta = neutral if begun is None else theta
         point = begun or self.at(freed, theta)
         evaluations, share = _MOST_EVALUATIONS if freed else 0, 1.0
-        while evaluations > 0:
+        while evaluations > 0 and not self.problem.out_of_time():
             gram, gradient = of_numbers(freed, freed, point)
             step, expected = bounded_step(gram, gradient, lower - theta, upper - theta)
             if evaluations <= _MOST_EVALUATIONS - _TRIED and point.chi2 - expected > worth:

@@ -119,9 +119,12 @@ def _root(model: NoiseModel, times: bytes) -> Array:
 
 
 def slow_courses(times: Array) -> Array:
-    """Cosines of a period longer than `SLOW`, the constant included, shape (times, courses)."""
+    """Cosines of a period longer than `SLOW`, the constant included, shape (times, courses).
+
+    There are no more of them than times: faster ones look the same at rows as far apart.
+    """
     span = float(times[-1] - times[0]) if times.size > 1 else 0.0
-    count = int(2 * span / SLOW) + 1
+    count = min(int(2 * span / SLOW) + 1, times.size)
     phase = np.pi * (times - times[0]) / max(span, 1e-9)
     return np.cos(np.outer(phase, np.arange(count)))
 

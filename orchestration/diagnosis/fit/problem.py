@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -54,11 +55,17 @@ class Problem(Candidates):
 
     def __init__(self, experiment: Experiment) -> None:
         super().__init__(experiment)
+        self._until, self.ended_early = time.monotonic() + experiment.time_limit, False
         self._readings = self._simulated(SEARCH.cells, [SEARCH] * len(self.data), derivatives=True)
         nothing = tuple(np.zeros((d.time.size, len(self.variables))) for d in self.data)
         self._corrections: tuple[Array, ...] = nothing
         self._cells, self._beyond_finest = FINAL.cells, nothing
         self._refined_at = self.neutral
+
+    def out_of_time(self) -> bool:
+        """Whether a fit has to end where it is; `ended_early` remembers that one had to."""
+        self.ended_early = self.ended_early or time.monotonic() > self._until
+        return self.ended_early
 
     def predict(self, run: int, z: Array) -> tuple[Array, Array]:
         """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""

@@ -119,7 +119,7 @@ def assess(experiment: Experiment, progress: Progress = unseen) -> Assessment:
             refine(problem, fit)
             noise = _noise(problem, fit)
             before, last = {fit.key: fit}, before.get(fit.key)
-            if last is not None and not moved(last, fit):
+            if problem.ended_early or (last is not None and not moved(last, fit)):
                 break
     first = stretch(progress, _CALIBRATED, _SEARCHED)
     first("causes: what noise and wandering explain")

@@ -91,9 +91,12 @@ def bank_of(problem: Problem, readings: Sequence[Array]) -> Bank | None:
 
 
 def _temperatures(problem: Problem) -> list[str]:
-    """Temperatures whose lags are weighted: those that are measured, then those that drive the machine."""
+    """Temperatures whose lags are weighted: those that are measured, then those that drive the machine.
+
+    A weighted sum of outputs is none: the system that the remainder is put into has no output that is it.
+    """
     rig, inputs = problem.experiment.rig, problem.experiment.runs[0].inputs
-    measured = [name for name in problem.variables if rig.unit(name) == "K"]
+    measured = [n for n in problem.variables if rig.unit(n) == "K" and n not in rig.sums]
     driving = [
         n for n in inputs if rig.unit(n) == "K" and not n.endswith(("ambient_temperature", "pad_temperature"))
     ]

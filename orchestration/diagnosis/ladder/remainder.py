@@ -97,6 +97,7 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     bank, growth = bank_of(problem, readings), growth_output(problem)
     if bank is None:
         return None
+    growth = "" if growth in problem.experiment.rig.sums else growth  # which no output of a system is
     lags, weighted = bank.lags(problem, readings), {}
     values = {f"time_constant[{k}]": constant for k, constant in enumerate(bank.constants, 1)}
     values |= {f"scale[{j}]": float(each) for j, each in enumerate(bank.scale, 1)}

@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.remainder.component import COMPONENT
 from warmlink.orchestration.catalogue import Entry
 from warmlink.orchestration.console import remark
@@ -27,17 +28,15 @@ REMAINDER, PREDICTOR = "remainder", "predictor"
 def with_remainder(system: System, learnt: Remainder, fmus: FmuStore) -> System:
     """Add the remainder to a system. It reads the system's outputs, and the signals that drive its inputs.
 
-    Where it takes what no output of the system is, as a sum of several, the system stays as it is, and a
-    remark says so: with an input missing the correction would be another one.
+    InputError where it takes what no output of the system is: the correction would be another one.
     """
     sources = {target: _source(system, name) for target, name in learnt.wires.items()}
     for target, name in learnt.wires.items():
         if sources[target] is None:
-            remark(
-                f"the extended system is written without the remainder: {system.name} has no output {name}, "
-                f"which the remainder's {target} takes; add a component whose output it is, and name that"
+            raise InputError(
+                f"{system.name} has no output {name}, which the remainder's {target} takes; add a component "
+                "whose output it is, and name that"
             )
-            return system
     return _beside(system, REMAINDER, fmus.files({COMPONENT.name})[COMPONENT.name], sources, learnt.values)
 
 

@@ -165,18 +165,23 @@ class Forward(Simulation):
         Cubic Hermite in time, as the states' slopes are known at both ends.
         """
         time, (states, left, right) = steps.time, tables
-        columns = np.append(steps.first, steps.first[-1:])
+        k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, time.size - 2)
+        # Outputs are computed at the ends of the steps that are asked for alone: of an hourly log few are.
+        asked, step = np.unique(k, return_inverse=True)
+        points = np.union1d(asked, asked + 1)
+        begin = np.searchsorted(points, asked)
+        inputs = steps.inputs[np.append(steps.first, steps.first[-1:])[points]]
         y, by_state, direct = self.equations.observe(
-            states[:, :, 0].T, z, self._p, steps.inputs[columns].T, time
+            states[points, :, 0].T, z, self._p, inputs.T, time[points]
         )
         # (points, outputs, 1 + slots): value and sensitivity through the states
-        through = by_state @ states
+        through = by_state @ states[points]
         through[:, :, 0] = y
-        known = np.concatenate([through, by_state[:-1] @ left, by_state[1:] @ right])
-        k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, time.size - 2)
+        known = np.concatenate([through, by_state[begin] @ left[asked], by_state[begin + 1] @ right[asked]])
         length = time[k + 1] - time[k]
         s = np.clip((times - time[k]) / length, 0.0, 1.0)
-        ends = np.stack([k, k + 1, time.size + k, 2 * time.size - 1 + k], axis=1)
+        at = begin[step]
+        ends = np.stack([at, at + 1, points.size + step, points.size + asked.size + step], axis=1)
         inside = 6 * s * (1 - s) / length
         rates = -inside, inside, (1 - s) * (1 - 3 * s), s * (3 * s - 2)
         value = _weighted(hermite(s, length), ends, known)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.model.integrator import Courses
+from warmlink.orchestration.diagnosis.model.recursions import recursion
 from warmlink.orchestration.diagnosis.model.simulation import SimulatedRun, Simulation, parts_before
 from warmlink.orchestration.machine.rig import Rig
 
@@ -233,10 +234,5 @@ def _followed(signal: Array, times: Array, lag: float, from_rest: bool = False) 
     decay = np.exp(-ratio)
     mean = -np.expm1(-ratio) / ratio
     forced = (1 - mean)[:, None] * signal[1:] + (mean - decay)[:, None] * signal[:-1]
-    result = np.empty_like(signal)
-    result[0] = 0.0 if from_rest else signal[0]
-    state = result[0]
-    for k in range(decay.size):
-        state = decay[k] * state + forced[k]
-        result[k + 1] = state
-    return result
+    begun = 0.0 * signal[:1] if from_rest else signal[:1]
+    return recursion(np.vstack([begun, forced]), np.append(decay, 0.0)[None])

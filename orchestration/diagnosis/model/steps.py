@@ -23,6 +23,9 @@ MOST_EVENTS = 150
 
 MOST_LEVELS = 20_000
 
+_CLOSE = 360.0
+"""s between rows up to which steps are as a resolution says; beyond, they are longer in proportion."""
+
 _CUTS = 5
 """How often a step may be cut in two."""
 
@@ -40,7 +43,7 @@ class Resolution:
     Attributes
     ----------
     cells : of the link
-    first, longest : steps in s after a change of the inputs, and at most
+    first, longest : steps in s after a change of the inputs, and at most, before any is cut
     growth : of the steps, in s for each s since the change
     tolerance : K, error of one step beyond which it is cut in two
     """
@@ -76,6 +79,7 @@ class Levels:
     starts : s at which a level begins, shape (levels,)
     table : shape (levels, inputs)
     end : s at which the last one ends
+    stretched : times as long as a resolution says that steps are
     """
 
     def __init__(
@@ -83,6 +87,7 @@ class Levels:
     ) -> None:
         rows = _changes(inputs, discrete)
         self.starts, self.end = time[rows], float(time[-1])
+        self.stretched = max(1.0, float(np.median(np.diff(time))) / _CLOSE)
         self.table = np.ascontiguousarray(inputs[:, rows].T)
         self._discrete, self._ends = discrete, np.zeros(0) if ends is None else ends
 
@@ -124,12 +129,12 @@ class Levels:
 
 def layout(levels: Levels, resolution: Resolution) -> Array:
     """Points in s between steps that begin anew with each event, shape (steps + 1,)."""
-    points = [0.0]
-    events = levels.events()
+    points, events = [0.0], levels.events()
+    first, longest = (levels.stretched * each for each in (resolution.first, resolution.longest))
     for start, end in zip([0.0, *events], [*events, levels.end], strict=True):
         while end - points[-1] > 1e-9:
             left = end - points[-1]
-            limit = min(resolution.longest, resolution.first + resolution.growth * (points[-1] - start))
+            limit = min(longest, first + resolution.growth * (points[-1] - start))
             points.append(points[-1] + left / np.ceil(left / limit) if left > limit else end)
     return np.array(points)
 

@@ -30,10 +30,14 @@ Finding = Literal["equation", "ambiguous", "catalogue", "none"]
 """One equation; a set that the data cannot tell apart; a cause of the catalogue; none earns its place."""
 
 _LOOP = (
-    "FMUs of this machine are simulated in a loop, so that what its readings answer to heat at every moment "
-    "would take a run for each"
+    "FMUs of this machine are simulated in a loop, so that what its readings answer to heat at each place "
+    "and moment would take some hundred runs, and each candidate an FMU of its own; write the term that you "
+    "suspect as [term.NAME] into the experiment, and calibrate its numbers"
 )
 """Why nothing is looked for in a machine whose equations are hidden in FMUs."""
+
+_NO_TERM = "none of the candidates explains the run to within the noise"
+_NO_GAIN = "surroundings that wander explain the run, so that no term is worth its description"
 
 MOST_MEMBERS = 12
 """Equations of a set, at most."""
@@ -123,7 +127,7 @@ def discover(
         because = f"the catalogue explains the run, by {_named(causes)}"
         return replace(found, finding="catalogue", because=because)
     if not explaining:
-        return replace(found, because="none of the candidates explains the run to within the noise")
+        return replace(found, because=_NO_GAIN if search.needs_none else _NO_TERM)
     best = explaining[0]
     near = [
         each
@@ -141,14 +145,16 @@ def discover(
     if margin < NEAR:  # a cause explains it as well, so that its own form is no other explanation
         passed = [(each, said) for each, said in passed if _disguise(each) not in causes]
         if not passed:
-            because = f"it is {_named(causes)} of the catalogue"
+            because = f"the missing heat is {_named(causes)} of the catalogue"
             return replace(found, finding="catalogue", because=because)
         found = replace(found, causes=causes)
     found = replace(
         found, members=tuple(each for each, _ in passed), foretold=tuple(each for _, each in passed)
     )
     if (cause := _disguise(found.best)) and len(passed) == 1 and not found.causes:
-        return replace(found, finding="catalogue", because=f"it is {_named([cause])} of the catalogue")
+        return replace(
+            found, finding="catalogue", because=f"the missing heat is {_named([cause])} of the catalogue"
+        )
     return replace(found, finding="equation" if len(passed) == 1 and not found.causes else "ambiguous")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -23,6 +23,9 @@ MOST_HEAT = 200.0
 """W of a term, at most, on the fitted rows."""
 
 _DEAD = 1e-6
+
+_MOST_KEPT = 24
+"""Machines with terms that are kept."""
 
 
 def places_of(rig: Rig) -> tuple[str, ...]:
@@ -114,11 +117,17 @@ class TermProblem(Problem):
         self._corrections = like._corrections
 
 
+@lru_cache(maxsize=_MOST_KEPT)
+def _extended(rig: Rig, chosen: Chosen) -> Rig:
+    """A machine with terms: the same one again, so that its equations are compiled once."""
+    return with_terms(rig, chosen.terms(rig))
+
+
 def with_equation(experiment: Experiment, chosen: Chosen) -> Experiment:
     """An experiment whose machine has terms, fitted beside what the user calibrates, and no cause."""
     return replace(
         experiment,
-        rig=with_terms(experiment.rig, chosen.terms(experiment.rig)),
+        rig=_extended(experiment.rig, chosen),
         calibrated=(*experiment.calibrated, *chosen.calibrations()),
         declared=(),
         with_shipped=False,

@@ -37,9 +37,10 @@ _SLACK, _SHARE, _SWITCHED = 6.0, 0.006, 40.0
 """Chi-square, and share of the best one's gain, by which two linear scores may be off against each other; and
 that of a switch, which leaps with its input at some time between two rows."""
 
-_FAR, _OFF = 0.05, 0.3
+_FAR, _OFF = 0.3, 0.3
 """Share of its gain by which a linear score may be off by itself, as heat moves a machine from where it was
-linearised; and the share of what the best one is off by, by which others may be off against it."""
+linearised, a heater to its end stop for example; and the share of what the best one is off by, by which
+others may be off against it."""
 
 _STRONGEST = 1e3
 """W from which a strength is no heat of a machine, but a shape that vanishes where the run was."""
@@ -111,6 +112,11 @@ class TermSearch:
         return float(self.missing.residual @ self.missing.residual)
 
     @property
+    def needs_none(self) -> bool:
+        """Whether what the machine without terms leaves may be noise, beside what wanders."""
+        return lack_of_fit_p(self.assessment.fitter, self.assessment.null) >= UNEXPLAINED
+
+    @property
     def tried(self) -> list[FittedTerms]:
         """Every model that was fitted, best first."""
         return sorted(self._kept.values(), key=lambda each: each.score)
@@ -136,7 +142,7 @@ class TermSearch:
                 break
             best = self._linear_score(sets[0])
             if best < bar + _SLACK + _FAR * max(self.bare_score - best, 0.0):
-                self._simulate(sets, _FULL[terms - 1])
+                self._simulate(sets, _FULL[terms - 1], bar)
             if self.explaining:
                 break
             sets = sets[:_GROWN_FROM]
@@ -171,8 +177,8 @@ class TermSearch:
                 price = self.price(sum(each.numbers for each in some), len(some))
                 yield kept.chi2 - float(gain[i]) + price, some
 
-    def _simulate(self, ranked: Sequence[LinearFit], most: int) -> None:
-        """Fit the best model in the whole simulation, and what comes near it.
+    def _simulate(self, ranked: Sequence[LinearFit], most: int, bar: float) -> None:
+        """Fit the best model in the whole simulation, and what comes near it and may be below the bar.
 
         What that one is off by tells how far the linear answers hold; those near a best one that is far from
         explaining the run are left alone.
@@ -181,8 +187,11 @@ class TermSearch:
         second = self._simulated(ranked[1], first) if len(ranked) > 1 and _is_hopeless(first) else first
         if _is_hopeless(first) and _is_hopeless(second):
             return
-        off = 0.0 if first is None else abs(first.score - self._linear_score(ranked[0]))
-        near = [each for each in self._near(ranked, _OFF * off)[:most] if each is not ranked[0]]
+        off = 0.0 if first is None else first.score - self._linear_score(ranked[0])
+        near = [each for each in self._near(ranked, _OFF * abs(off))[:most] if each is not ranked[0]]
+        # Others gain as much again by the simulation, and not all alike.
+        highest = bar + _SLACK + 2 * max(-off, 0.0)
+        near = [each for each in near if self._linear_score(each) < highest + _SWITCHED * each.switches]
         for k, each in enumerate(near, start=1):
             self._progress(f"terms: {' + '.join(c.form.about for c in each.candidates)}", k / (len(near) + 1))
             self._simulated(each, first)

@@ -16,8 +16,9 @@ from warmlink.orchestration.diagnosis.answer.ladder import ladder_lines
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.fit.fitted import what_is_wrong
-from warmlink.orchestration.diagnosis.ladder.delivered import EQUATION
+from warmlink.orchestration.diagnosis.ladder.delivered import Delivery
 from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
+from warmlink.orchestration.diagnosis.ladder.judged import EQUATION
 from warmlink.orchestration.diagnosis.terms.discovery import Discovery, discover
 from warmlink.orchestration.diagnosis.terms.library import Candidate
 from warmlink.orchestration.diagnosis.terms.modelled import Modelled, places_of, with_equation
@@ -86,9 +87,11 @@ class Equation:
             told.append(f"These data cannot tell {count + bool(found.causes)} explanations apart:")
             told += [f"  {equation_of(each.model)}" for each in found.members[:MOST_ALIKE]]
             told += [f"  and {count - MOST_ALIKE} more equations"] if count > MOST_ALIKE else []
-            told += [f"  or the causes {' and '.join(found.causes)}"] if found.causes else []
+            named = "cause" if len(found.causes) == 1 else "causes"
+            told += [f"  or the {named} {' and '.join(found.causes)}"] if found.causes else []
         else:
-            told.append(f"No equation earns its place: {found.because}.")
+            sought = "earns its place" if found.thought_of else "was looked for"
+            told.append(f"No equation {sought}: {found.because}.")
             if found.tried is not None and found.finding == "none":
                 told.append(f"The best that was tried: {equation_of(found.tried.model)}.")
         if found.missing and found.finding != "catalogue":
@@ -129,7 +132,7 @@ def discovered(diagnosis: Diagnosis, progress: Progress = unseen) -> Equation:
     found = searched(diagnosis, progress)
     if found.found:
         equations = tuple(each.predicted for each in found.foretold[:MOST_ALIKE])
-        delivery, best = diagnosis.delivery.with_equations(equations, not found.causes), found.best.model
+        delivery, best = Delivery(diagnosis.judged, equations, not found.causes), found.best.model
         left = what_is_wrong(best.fitter, best.fit) if delivery.by_equation else diagnosis.remaining
         diagnosis = diagnosis.with_delivery(delivery, left)
     equation = Equation(diagnosis, found)
@@ -178,12 +181,21 @@ def summary_with(diagnosis: Diagnosis, equation: Equation | None) -> str:
     if not equation.extends:
         lines = [each for each in lines if not (equation.proposed and each.startswith("Next: "))]
         own = equation.lines()
-        return "\n".join([lines[0], *own, *lines[1:]] if equation.leads else [*lines, *own])
+        if equation.leads:
+            return "\n".join([lines[0], *own, *lines[1:]])
+        as_well = "; equations explain it as well" if equation.discovery.found else ""
+        own = [*lines[1:2], *own, *lines[2:]] if as_well else [*lines[1:], *own]
+        return "\n".join([f"{lines[0]}{as_well}", *_with_next_last(own)])
     found = "an equation explains it" if equation.discovery.finding == "equation" else "equations explain it"
     beside = [each for each in lines[1:] if each.startswith(_BESIDE)]
     by_causes = next((each for each in lines[1:] if not each.startswith(_BESIDE)), "")
-    own = [*equation.lines(), *ladder_lines(diagnosis), f"By causes alone: {by_causes}", *beside]
-    return "\n".join([f"{lines[0]}; {found}", *sorted(own, key=lambda each: each.startswith("Next: "))])
+    names = f" ({' and '.join(each.title for each in diagnosis.causes)})" if diagnosis.causes else ""
+    own = [*equation.lines(), *ladder_lines(diagnosis), f"By causes alone{names}: {by_causes}", *beside]
+    return "\n".join([f"{lines[0]}; {found}", *_with_next_last(own)])
+
+
+def _with_next_last(lines: list[str]) -> list[str]:
+    return sorted(lines, key=lambda each: each.startswith("Next: "))
 
 
 _BESIDE = ("Likely slip", "As it stands", "Look at the data")

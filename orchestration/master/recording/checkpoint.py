@@ -67,7 +67,7 @@ class Checkpoints:
         self._fingerprint = fingerprint
         unable = ", ".join(s.name for s in network.slaves if not s.capabilities.serialize_state)
         if unable and chosen.every is not None:
-            remedy = f"leave out {argument('checkpoint')} and {argument('resume')}"
+            remedy = f"leave out {argument('long_run')}, and {argument('long_run.resume')} with it"
             raise InputError(f"{unable}: cannot serialise its state, which checkpoints need; {remedy}")
         if chosen.every is not None and chosen.every < 1:
             raise InputError(f"checkpoints: every {chosen.every} steps is not above 0; give a step count")
@@ -155,7 +155,7 @@ class Checkpoints:
 
 def _anew() -> str:
     """What starts a run anew in a folder with a checkpoint of no use."""
-    return f"leave out {argument('resume')} to start anew"
+    return f"leave out {argument('long_run.resume')} to start anew"
 
 
 def fingerprint(

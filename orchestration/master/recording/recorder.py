@@ -95,7 +95,7 @@ class Values:
     def _check(self) -> None:
         """Refuse values that are not those which the checkpoint counts on."""
         begin, end = self._place(0), self._place(self._keep)
-        anew = f"leave out {argument('resume')} to start anew"
+        anew = f"leave out {argument('long_run.resume')} to start anew"
         if not self.path.exists() or self.path.stat().st_size < end:
             told = f"lacks values that the checkpoint beside it counts on; {anew}"
             raise InputError(f"{self.path}: {told}")
@@ -222,7 +222,7 @@ class Recorder:
             raise InputError(
                 f"{shape[0] - 1:.10g} steps of {shape[1]} variables are {size / 1e9:.3g} GB, and a run keeps "
                 f"at most {MOST_BYTES / 1e9:g} GB in memory; take longer steps, watch less, or stream to "
-                f"disk with {argument('checkpoint')}"
+                f"disk with {argument('long_run')}"
             )
         if folder is not None:
             folder.open(self.header)

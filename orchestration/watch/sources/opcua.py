@@ -60,7 +60,7 @@ class OpcuaSource(ServedSource):
         """Read the nodes while the connection stands."""
         ua = self._asyncua.ua
         async with self._asyncua.Client(self.name, timeout=5.0) as client:
-            nodes = [await self._node(client, each) for each in self._columns.values()]
+            nodes = await self._nodes(client)
             self.stands()
             while not self.is_over:
                 values = await client.read_attributes(nodes, ua.AttributeIds.Value)
@@ -82,20 +82,32 @@ class OpcuaSource(ServedSource):
     def _time(self) -> int:
         return [plain(name_and_unit(header)[0]) == "time" for header in self.headers].index(True)
 
-    async def _node(self, client: Any, name: str) -> Any:
-        """Node of an identifier or of browse names; raises InputError where there is none, or several."""
-        ua = self._asyncua.ua
-        if name.startswith(_IDENTIFIERS):
-            try:
-                node = client.get_node(name)
-                await node.read_browse_name()
-            except (ua.UaError, ValueError) as fault:
-                raise InputError(
-                    f"{self.name}: there is no node {name} ({fault}); correct the mapping"
-                ) from None
-            return node
-        wanted = name.strip("/").split("/")
-        found = {way: node async for way, node in _below(client.nodes.objects, ua) if _leads(way, wanted)}
+    async def _nodes(self, client: Any) -> list[Any]:
+        """Nodes of the columns; raises InputError where there is none of a name, or several."""
+        names = [*self._columns.values()]
+        called = {each: each.strip("/").split("/") for each in names if not each.startswith(_IDENTIFIERS)}
+        found: dict[str, dict[tuple[str, ...], Any]] = {each: {} for each in called}
+        if called:  # once for all of them: a robot has thousands of nodes
+            async for way, node in _below(client.nodes.objects, self._asyncua.ua):
+                for name, wanted in called.items():
+                    if _leads(way, wanted):
+                        found[name][way] = node
+        return [
+            self._only(each, found[each]) if each in called else await self._identified(client, each)
+            for each in names
+        ]
+
+    async def _identified(self, client: Any, name: str) -> Any:
+        """Node of an identifier; raises InputError where there is none."""
+        try:
+            node = client.get_node(name)
+            await node.read_browse_name()
+        except (self._asyncua.ua.UaError, ValueError) as fault:
+            raise InputError(f"{self.name}: there is no node {name} ({fault}); correct the mapping") from None
+        return node
+
+    def _only(self, name: str, found: Mapping[tuple[str, ...], Any]) -> Any:
+        """The one node that browse names lead to; raises InputError where there is none, or several."""
         if len(found) != 1:
             several = listed(["/".join(way) for way in found][:4])
             told = (

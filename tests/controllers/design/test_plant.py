@@ -39,6 +39,23 @@ def test_still_air_counts_in_the_linear_plant_as_at_its_ordinary_rise(plant: Lin
         np.testing.assert_array_equal(buoyant.at(speed)[0], plant.at(speed)[0])
 
 
+@pytest.mark.parametrize(
+    "start",
+    [{"initial_temperature": 275.15}, {"initial_temperature_rise[1]": 20.0}],
+    ids=["cold", "warm base"],
+)
+@pytest.mark.parametrize("coefficient", ["specific_heat", "conductivity"])
+def test_where_a_run_begins_changes_nothing_of_the_linear_plant(
+    coefficient: str, start: dict[str, float]
+) -> None:
+    """Linear about room temperature: a link that began cold stood cold in a warm room."""
+    varies = {f"{coefficient}_temperature_coefficient": 4e-3}
+    one, other = (plant_model(cell_plant(link=link)) for link in (varies, {**varies, **start}))
+    for speed in (0.0, USUAL_SPEED):
+        for mine, theirs in zip(one.at(speed), other.at(speed), strict=True):
+            np.testing.assert_array_equal(mine, theirs)
+
+
 @pytest.mark.parametrize("mixing", [0.0, 1.0, 1.8])
 def test_the_linear_plant_follows_the_components(mixing: float) -> None:
     """Friction at the usual speed, no current: linear but for the speed, so the two are one."""

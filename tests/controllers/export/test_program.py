@@ -8,7 +8,7 @@ import pytest
 
 from warmlink.controllers.export.program import tracing
 from warmlink.controllers.export.program.algebra import apply, told_by
-from warmlink.controllers.export.program.expressions import Noted
+from warmlink.controllers.export.program.noted import Noted
 from warmlink.controllers.export.program.ranges import never_negative, never_zero
 from warmlink.controllers.export.program.tracing import leaf
 from warmlink.controllers.kalman import carried_over, variance_along
@@ -57,7 +57,7 @@ CASES: dict[str, Callable[[Any, Any, Any], Any]] = {
 @pytest.mark.parametrize("name", CASES)
 def test_it_computes_what_numpy_does(name: str) -> None:
     function = CASES[name]
-    with tracing.traced():
+    with tracing.traced(Noted):
         given = [
             leaf("design", each, value.shape, value)
             for each, value in zip("abp", (A, B, PACKED), strict=True)
@@ -68,7 +68,7 @@ def test_it_computes_what_numpy_does(name: str) -> None:
 
 
 def test_a_flag_is_known_for_one_and_is_a_condition_again() -> None:
-    with tracing.traced():
+    with tracing.traced(Noted):
         x = leaf("state", "x", ())
         warm = truth(x > 300.0)
         both = warm * truth(x < 400.0)
@@ -80,7 +80,7 @@ def test_a_flag_is_known_for_one_and_is_a_condition_again() -> None:
 
 
 def test_divisions_are_guarded_unless_nothing_can_make_them_zero() -> None:
-    with tracing.traced():
+    with tracing.traced(Noted):
         x, std = leaf("state", "x", ()), leaf("design", "std", (), np.array(0.1))
         assert never_zero(x**2 + std**2)
         assert never_zero(maximum(x, 1e-3))
@@ -100,5 +100,5 @@ def test_divisions_are_guarded_unless_nothing_can_make_them_zero() -> None:
     ],
 )
 def test_what_cannot_be_written_down_is_refused(wrong: Callable[[Any], Any], said: str) -> None:
-    with tracing.traced(), pytest.raises(InputError, match=said):
+    with tracing.traced(Noted), pytest.raises(InputError, match=said):
         wrong(leaf("state", "x", (3,)) if said.startswith("numpy.sort") else leaf("state", "x", ()))

@@ -14,9 +14,19 @@ from warmlink.controllers.export.program import tracing
 from warmlink.controllers.export.program.algebra import accumulated, apply, stacked
 from warmlink.controllers.export.program.contraction import contracted
 from warmlink.controllers.export.program.in_place import may_overwrite
+from warmlink.controllers.export.program.noted import Noted
 from warmlink.controllers.export.program.places import place_of
 from warmlink.controllers.export.program.ranges import is_binary
-from warmlink.controllers.export.program.statements import For, Operation, Read, Set, Slot, Statement
+from warmlink.controllers.export.program.statements import (
+    For,
+    KnownNumber,
+    Operation,
+    Read,
+    Set,
+    Slot,
+    Statement,
+)
+from warmlink.controllers.export.program.tidy import tidied
 from warmlink.controllers.export.program.tracing import leaf
 from warmlink.controllers.own import Law, component_of
 from warmlink.fmus.calls import vectorised_pair
@@ -70,7 +80,7 @@ def test_an_array_that_each_turn_needs_alone_becomes_a_number() -> None:
 
 
 def test_flags_are_known_through_what_is_made_of_them() -> None:
-    with tracing.traced():
+    with tracing.traced(Noted):
         x = leaf("state", "x", ())
         warm, cold = truth(x > 300.0), truth(x < 280.0)
         assert is_binary(apply("larger", warm, cold))
@@ -81,7 +91,7 @@ def test_flags_are_known_through_what_is_made_of_them() -> None:
 
 
 def test_what_follows_from_the_design_is_worked_out_in_double() -> None:
-    with tracing.traced():
+    with tracing.traced(Noted):
         decay = leaf("design", "decay", (), np.array(0.99941))
         change = decay - 1.0
         assert (change.kind, float(change.value)) == ("leaf", 0.99941 - 1.0)
@@ -89,7 +99,7 @@ def test_what_follows_from_the_design_is_worked_out_in_double() -> None:
 
 
 def test_what_rounding_leaves_goes_through_vectors_and_choices() -> None:
-    with tracing.traced():
+    with tracing.traced(Noted):
         x, more, asked = leaf("state", "x", (2,)), leaf("input", "more", (2,)), leaf("input", "asked", ())
         assert accumulated(x, more).rest is None
         x.rest = leaf("state", "x_rest", (2,))
@@ -188,3 +198,18 @@ def test_both_of_two_vectorised_pair_are_in_one_loop() -> None:
     text = export_files(Core(component_of(Paired), "paired", "double"))["paired.c"]
     assert "for (side = 0; side < 2; side++)" in text
     assert "mean[2 * i + side]" in text or "both[2 * i + side]" in text
+
+
+def test_neighbouring_loops_become_one_only_where_no_number_changes() -> None:
+    a, b, c = (Slot(name, (4,)) for name in "abc")
+    first, second = _loop(Set(Read(b, HERE), Read(a, HERE))), _loop(Set(Read(c, HERE), Read(b, HERE)))
+    assert tidied([first, second]) == [For("i", 4, [*first.body, *second.body])]
+    # Past a known number that neither loop touches, which stays before them.
+    known = Set(Read(Slot("n", ())), KnownNumber(1.0))
+    assert tidied([first, known, second]) == [known, For("i", 4, [*first.body, *second.body])]
+    # Another count, a reading of another turn's element, and a number between that the first loop reads.
+    shorter = For("i", 3, second.body)
+    turned = _loop(Set(Read(c, HERE), Read(b, OTHER)))
+    between = Set(Read(a, OTHER), KnownNumber(0.0))
+    for apart in ([first, shorter], [first, turned], [first, between, second]):
+        assert tidied(apart) == apart

@@ -16,7 +16,7 @@ import warmlink as wl
 from tests.controllers.export.iec import MISSING, hours, of_c, of_structured_text, run, translated
 from warmlink.controllers.export.core import Core, Precision, designed
 from warmlink.controllers.export.plcopen import NAMESPACE, plcopen_xml
-from warmlink.controllers.export.program.words import RESERVED
+from warmlink.controllers.export.program.places import RESERVED
 from warmlink.controllers.export.st_blocks import Blocks, blocks, structured_text
 from warmlink.controllers.own import Law, component_of
 from warmlink.controllers.start_values import by_scalar

@@ -10,21 +10,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.command import exit_code
 from tests.pages import plots
-from warmlink.orchestration.cli import main
 from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
 README = Path(__file__).parents[3] / "README.md"
 FIGURES = {"max_abs_um", "rms_um", "p95_abs_um", "time_to_tolerance_s"}
 CONDUCT = {"ready_percent", "ready_wrong_percent", "fine_not_ready_percent", "travel_um_h", "leap_um"}
-
-
-def run(arguments: list[str], monkeypatch: pytest.MonkeyPatch) -> int:
-    monkeypatch.setattr("sys.argv", ["warmlink", *arguments])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    return int(stop.value.code or 0)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +27,7 @@ def outcome(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     with pytest.MonkeyPatch.context() as patch:
         printed: list[str] = []
         patch.setattr("warmlink.orchestration.command_line.run.answer", printed.append)
-        assert run(["run", "--out", str(folder)], patch) == 0
+        assert exit_code(["run", "--out", str(folder)], patch) == 0
     return "\n".join(printed), folder
 
 
@@ -77,7 +70,7 @@ def test_the_error_of_a_run_is_plotted_from_its_folder(
     outcome: tuple[str, Path], named: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     page = tmp_path / "plot.html"
-    assert run(["plot", str(outcome[1]), *named, "--out", str(page)], monkeypatch) == 0
+    assert exit_code(["plot", str(outcome[1]), *named, "--out", str(page)], monkeypatch) == 0
     assert "error" in plots(page)
 
 
@@ -93,7 +86,7 @@ def test_json_for_machines_and_no_report(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arguments = ["run", "stop_and_go", "--stop", "1 min", "--fmus", "python", "--no-report", "--json"]
-    assert run([*arguments, "--out", str(tmp_path / "out")], monkeypatch) == 0
+    assert exit_code([*arguments, "--out", str(tmp_path / "out")], monkeypatch) == 0
     assert json.loads(capsys.readouterr().out)["scenario"] == "stop_and_go"
     assert not (tmp_path / "out" / "report.html").exists()
 
@@ -114,7 +107,7 @@ def test_native_and_python_fmus_give_one_answer(tmp_path: Path, monkeypatch: pyt
             "--out",
             str(folder),
         ]
-        assert run(arguments, monkeypatch) == 0
+        assert exit_code(arguments, monkeypatch) == 0
         elongation[kind] = pd.read_parquet(folder / "results.parquet")["link.elongation [m]"].to_numpy()
     assert np.abs(elongation["native"] - elongation["python"]).max() < 1e-9 * elongation["python"].max()
 
@@ -125,7 +118,7 @@ def test_a_start_value_changes_the_answer(
     found = []
     for settings in ([], ["--set", "link.expansion_coefficient=47.2e-6 1/K"]):
         arguments = ["run", "windshield_wiper", "--stop", "10 min", "--no-report", "--json", *settings]
-        assert run([*arguments, "--out", str(tmp_path / "out")], monkeypatch) == 0
+        assert exit_code([*arguments, "--out", str(tmp_path / "out")], monkeypatch) == 0
         found.append(json.loads(capsys.readouterr().out)["uncompensated"]["max_abs_um"])
     assert found[1] == pytest.approx(2 * found[0], rel=1e-9)
     assert found[0] == pytest.approx(14.07, rel=6e-3), "by independent finite elements"
@@ -137,7 +130,7 @@ def test_a_start_value_of_the_controller_leaves_none_alone(
     found = []
     for arguments in ([], ["--set", "compensator.gain=1 um/W"]):
         out = ["--stop", "5 min", "--json", "--no-report", "--out", str(tmp_path / "out")]
-        assert run(["run", "windshield_wiper", *arguments, *out], monkeypatch) == 0
+        assert exit_code(["run", "windshield_wiper", *arguments, *out], monkeypatch) == 0
         found.append(json.loads(capsys.readouterr().out))
     usual, weak = found
     assert weak["uncompensated"] == usual["uncompensated"]
@@ -155,7 +148,7 @@ def test_parameter_sets_of_plant_and_controller_are_taken(
     found = []
     for arguments in (by_file, by_hand, [*by_file, "--set", "motor.joint_resistance=0 K/W"]):
         out = ["--stop", "5 min", "--json", "--no-report", "--out", str(tmp_path / "out")]
-        assert run(["run", "windshield_wiper", *arguments, *out], monkeypatch) == 0
+        assert exit_code(["run", "windshield_wiper", *arguments, *out], monkeypatch) == 0
         found.append(json.loads(capsys.readouterr().out)["compensated"])
     assert found[0]["max_abs_um"] == pytest.approx(found[1]["max_abs_um"], rel=1e-12)
     assert found[2]["max_abs_um"] > found[1]["max_abs_um"], "--set comes last"
@@ -176,7 +169,7 @@ def test_parameter_sets_that_cannot_serve(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert run(["run", *arguments], monkeypatch) == 2
+    assert exit_code(["run", *arguments], monkeypatch) == 2
     assert sentence in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
@@ -199,11 +192,11 @@ def test_what_is_not_recorded_cannot_be_chosen(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert run(["save", "stop_and_go", "--out", "cell.ssp"], monkeypatch) == 0
+    assert exit_code(["save", "stop_and_go", "--out", "cell.ssp"], monkeypatch) == 0
     for arguments in (["run", "stop_and_go"], ["simulate", "cell.ssp", "--stop", "1 min"]):
         capsys.readouterr()
         chosen = pattern.replace("error,", "") if arguments[0] == "simulate" else pattern
-        assert run([*arguments, "--record", chosen, "--out", "o"], monkeypatch) == 2
+        assert exit_code([*arguments, "--record", chosen, "--out", "o"], monkeypatch) == 2
         assert sentence in capsys.readouterr().err
         assert not Path("o").exists()
 
@@ -212,7 +205,9 @@ def test_what_is_written_can_be_chosen(tmp_path: Path, monkeypatch: pytest.Monke
     names = "link.elo*,motor.shaft_temperature,sensors.reading[1]"
     chosen = ["--record", names, "--no-csv", "--no-report"]
     assert (
-        run(["run", "stop_and_go", "--stop", "1 min", *chosen, "--out", str(tmp_path / "o")], monkeypatch)
+        exit_code(
+            ["run", "stop_and_go", "--stop", "1 min", *chosen, "--out", str(tmp_path / "o")], monkeypatch
+        )
         == 0
     )
     assert {path.name for path in (tmp_path / "o").iterdir()} == {

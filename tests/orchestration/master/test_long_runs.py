@@ -20,7 +20,9 @@ import numpy as np
 import pytest
 
 from tests.orchestration.master.streamed import read_folder
+from warmlink.fmus.arguments import speaking_of_options
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line.arguments import OPTIONS
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.doubling import StepDoubling
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
@@ -239,7 +241,10 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not a checkpoint that can be read"):
         simulate(assembly([counter("x")]), 10.0, 1.0, long_run=long_run)
     plain = counter("x", capabilities=Capabilities(variable_step=True))
-    with pytest.raises(InputError, match="x: cannot serialise its state, which checkpoints need"):
+    with pytest.raises(InputError, match="x: cannot serialise its state, which checkpoints need") as told:
+        simulate(assembly([plain]), 10.0, 1.0, long_run=long_run)
+    assert str(told.value).endswith("leave out `long_run`, and `long_run.resume` with it")
+    with speaking_of_options(OPTIONS), pytest.raises(InputError, match="out --checkpoint, and --resume with"):
         simulate(assembly([plain]), 10.0, 1.0, long_run=long_run)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from tests.command import refused
 from warmlink.fmus.files import lock, unlock
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.files import fresh_folder, locked_folder
@@ -29,20 +30,6 @@ def _in_the_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     }
     for name, content in bad.items():
         (folder / f"{name}.toml").write_text(content)
-
-
-def refused(arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> str:
-    before = sorted(Path().rglob("*"))
-    monkeypatch.setattr("sys.argv", ["warmlink", *arguments])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    out, err = capsys.readouterr()
-    assert stop.value.code == 2, err
-    assert out == ""
-    assert err.startswith("warmlink: ")
-    assert err.count("\n") == 1, err
-    assert sorted(Path().rglob("*")) == before
-    return err
 
 
 @pytest.mark.parametrize("command", ["tune", "sweep"])

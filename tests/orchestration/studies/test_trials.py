@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.formula import Formula, make
+from tests.formula import Formula, fmus_named, make
 from warmlink.orchestration.studies.session import Ledger
 from warmlink.orchestration.studies.storage import Storage, default_url
 from warmlink.orchestration.studies.study import load_study
@@ -21,7 +21,7 @@ def test_the_trials_so_far_are_kept_after_each_batch(folder: Path) -> None:
 
     def go_on(workers: Formula) -> None:
         storage = Storage(study, "fmus", default_url(part))
-        ledger = Ledger(part, "fmus", workers, print)
+        ledger = Ledger(part, fmus_named("fmus"), workers, print)
         tune(study, ledger, storage, lambda done, leader: None, keep=keep)
 
     with pytest.raises(KeyboardInterrupt):

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("optuna")
 
 from tests.documented import undescribed
-from tests.formula import Formula, make
+from tests.formula import Formula, fmus_named, make
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.studies import write_tuning
@@ -29,7 +29,9 @@ import_optuna()
 
 def run(study: Study, folder: Path, workers: Workers, fmus: str = "fmus") -> list[Judged]:
     storage = Storage(study, fmus, default_url(folder))
-    return tune(study, Ledger(folder, fmus, workers, print), storage, lambda done, leader: None).trials
+    return tune(
+        study, Ledger(folder, fmus_named(fmus), workers, print), storage, lambda done, leader: None
+    ).trials
 
 
 @pytest.fixture
@@ -296,7 +298,7 @@ def test_a_journal_survives_a_kill_within_a_line_and_counts_no_trial_twice(
         storage = Storage(study, "fmus", f"journal:///{folder / name}")
         here = folder / out
         here.mkdir(exist_ok=True)
-        workers = Ledger(here, "fmus", Formula(at_most=runs), print)
+        workers = Ledger(here, fmus_named("fmus"), Formula(at_most=runs), print)
         return tune(study, workers, storage, lambda done, leader: None).trials
 
     whole = go("whole.log", "a")

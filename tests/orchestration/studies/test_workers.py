@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.formula import fmus_named
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
@@ -119,7 +120,7 @@ def numbered(number: float) -> Case:
 
 
 def ledger(folder: Path, workers: Workers, fmus: str = "fmus", said: list[str] | None = None) -> Ledger:
-    return Ledger(folder, fmus, workers, (said if said is not None else []).append)
+    return Ledger(folder, fmus_named(fmus), workers, (said if said is not None else []).append)
 
 
 def test_what_was_run_is_not_run_again(tmp_path: Path) -> None:
@@ -188,6 +189,18 @@ def test_a_line_that_is_none_is_removed(line: str, tmp_path: Path) -> None:
 def test_runs_of_an_fmu_with_one_other_byte_are_told_apart() -> None:
     one, other = (FmuSet("native", {"ThermalLink": content}).digest for content in (b"guid a", b"guid b"))
     assert one != other
+
+
+def test_what_was_run_stays_known_when_a_controller_is_added(tmp_path: Path) -> None:
+    """Its FMUs' digest was part of every run's key, so that one more controller threw all runs away."""
+    alone = FmuSet("native", {"ThermalLink": b"link", "LagCompensator": b"lag"})
+    more = FmuSet("native", {**alone.contents, "ObserverCompensator": b"observer"})
+    other = FmuSet("native", {**more.contents, "LagCompensator": b"another lag"})
+    workers, first = Counting(), numbered(1.0)
+    added = replace(first, law="ObserverCompensator")
+    for fmus, ran in ((alone, 1), (more, 2), (alone, 2), (other, 3)):
+        dict(Ledger(tmp_path, fmus, workers, print).run([first, added] if fmus is more else [first]))
+        assert workers.ran == ran
 
 
 def test_runs_that_gave_no_figures_are_tried_again(tmp_path: Path) -> None:

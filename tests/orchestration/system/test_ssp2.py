@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from tests.referees import ecos
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.system.assemble import assemble, read_system
+from warmlink.orchestration.system.assemble import assemble, check_system, read_system
 from warmlink.orchestration.system.model import Connection, DefaultExperiment, System
 from warmlink.orchestration.system.write import PARAMETER_SET, write_ssp
 
@@ -190,6 +191,16 @@ def test_tables_of_values_change_connections_and_parameters(lab: Lab) -> None:
         f"<ssd:ParameterValues>{ssv('on:Boolean:false', 'stuff:Enumeration:steel')}</ssd:ParameterValues>{turned}"
     )
     assert lab.read(alone(bindings=bound)).components["link"].values == {"radiates": True, "metal": 2}
+
+
+def test_a_table_that_leaves_a_value_as_it_is_fits_and_one_that_contradicts_itself_does_not(lab: Lab) -> None:
+    """Units were blamed for both, "by a factor 1 and an offset 0"."""
+    system = lab.read(cell(connection("motor.steps", "link.mode")))
+    (plain,) = system.connections
+    check_system(replace(system, connections=(replace(plain, values=((0, 2), (7, 7))),)))
+    twice = replace(system, connections=(replace(plain, values=((0, 2), (0, 1))),))
+    with pytest.raises(InputError, match=r"motor\.steps -> link\.mode: one value becomes two others"):
+        check_system(twice)
 
 
 def test_a_table_is_written_read_and_obeyed(tmp_path: Path) -> None:

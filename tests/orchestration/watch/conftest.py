@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -62,6 +63,13 @@ def sound_cell(table: np.ndarray) -> tuple[WatchedCell, np.ndarray]:
 
 
 ROWS = 40
+
+
+def free_port() -> int:
+    """A port of this machine that nobody listens on."""
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return int(found.getsockname()[1])
 
 
 def read(source: Source, count: int = ROWS, enough: Callable[[], bool] = lambda: False) -> list[str]:

@@ -14,8 +14,7 @@ import pytest
 
 from tests.command import exit_code
 from tests.orchestration.watch.conftest import SLIPS, SOUND
-from warmlink.orchestration.watch.page import PAGE
-from warmlink.orchestration.watch.serving import served
+from warmlink.orchestration.watch.page import PAGE, served
 from warmlink.orchestration.watch.watching import rate_of
 
 ASKED = ["--sound", f"{SOUND} h", "--until-end"]

@@ -11,13 +11,21 @@ import pytest
 from benchmarks.watch import HEADERS, WatchedCell
 from tests.orchestration.watch.conftest import SLIPS, SOUND, lines_of
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import read_run
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.products.watch import watch
 from warmlink.orchestration.scenarios.overrides import parameters_of
 from warmlink.orchestration.watch.law import LawError, ShadowLaw, growth_weights, law_error, law_named
 from warmlink.orchestration.watch.naming import Explanation
-from warmlink.orchestration.watch.offers import LAW_FILE, MODEL_FILE, WINDOW_FILE, write_offer
+from warmlink.orchestration.watch.offers import (
+    EXPERIMENT_FILE,
+    LAW_FILE,
+    MODEL_FILE,
+    WINDOW_FILE,
+    changed_parameters,
+    write_offer,
+)
 from warmlink.orchestration.watch.ticks import Tick
 
 RIG = rig_of("WarmupCell")
@@ -82,8 +90,9 @@ def test_an_alarm_offers_its_rows_and_parameters(
         path.write_text("gains")
 
     ticks = ticks_of(sound_cell[0])
-    files = write_offer(tmp_path / "alarm-1", machine, learnt, ticks, [cause], design)
-    assert files == [WINDOW_FILE, MODEL_FILE, LAW_FILE]
+    system = "WarmupCell"
+    files = write_offer(tmp_path / "alarm-1", system, machine, learnt, ticks, [cause], design)
+    assert files == [WINDOW_FILE, EXPERIMENT_FILE, MODEL_FILE, LAW_FILE]
     offered = parameters_of(tmp_path / "alarm-1" / MODEL_FILE)
     assert offered["motor.friction_factor"] == pytest.approx(1.25)
     assert offered == pytest.approx(designed[0])
@@ -93,7 +102,11 @@ def test_an_alarm_offers_its_rows_and_parameters(
     assert run.readings[RIG.columns["base_temperature"]][3] == ticks[3].readings[base]
     offset = next(each for each in machine.hypotheses if each.reading.any())
     of_reading = replace_cause(cause, offset)
-    assert write_offer(tmp_path / "two", machine, learnt, ticks, [of_reading], None) == [WINDOW_FILE]
+    files = write_offer(tmp_path / "two", system, machine, learnt, ticks, [of_reading], None)
+    assert files == [WINDOW_FILE, EXPERIMENT_FILE]
+    experiment = read_experiment(tmp_path / "two" / EXPERIMENT_FILE)
+    assert experiment.known == pytest.approx(changed_parameters(machine, learnt, None))
+    assert experiment.runs[0].time.size == len(ticks)
 
 
 def replace_cause(cause: Explanation, hypothesis: object) -> Explanation:

@@ -1,4 +1,4 @@
-"""A log through a broker or a server is the same rows as in a file, also where connections are lost."""
+"""A log through a broker is the same rows as in a file, and a source survives lost connections."""
 
 from __future__ import annotations
 
@@ -19,17 +19,9 @@ import numpy as np
 import pytest
 
 from benchmarks.watch import HEADERS
-from tests.orchestration.watch.conftest import ROWS, read
-from warmlink.fmus.errors import InputError
-from warmlink.orchestration.watch.sources.opcua import OpcuaSource
+from tests.orchestration.watch.conftest import ROWS, free_port, read
 from warmlink.orchestration.watch.sources.opening import opened
 from warmlink.orchestration.watch.sources.served import ServedSource
-
-
-def free_port() -> int:
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
 
 
 @contextmanager
@@ -140,58 +132,3 @@ def test_a_thousand_disconnections(table: np.ndarray, monkeypatch: pytest.Monkey
     source.close()
     assert found == rows
     assert 2 < len(source.told) <= 100, "what is told is bounded, whoever listens"
-
-
-@pytest.mark.parametrize("by", ["node", "name"])
-def test_opc_ua(by: str, table: np.ndarray, expected: list[str], tmp_path: Path) -> None:
-    """By node, and by the names along the way that the companion specification for robotics gives."""
-    asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
-    port, ready, over = free_port(), threading.Event(), threading.Event()
-    seen = list[int]()
-
-    async def serve() -> None:
-        server = asyncua.Server()
-        await server.init()
-        server.set_endpoint(f"opc.tcp://127.0.0.1:{port}")
-        space = await server.register_namespace("cell")
-        robot = await server.nodes.objects.add_object(space, "MotionDeviceSystem")
-        motor = await robot.add_object(space, "Motor_1")
-        settings = await motor.add_object(space, "ParameterSet")
-        nodes = [
-            await settings.add_variable(asyncua.ua.NodeId(f"v{i}", space), f"Value{i}", float(value))
-            for i, value in enumerate(table[0])
-        ]
-        async with server:
-            ready.set()
-            for k, row in enumerate(table[:ROWS].tolist()):
-                for node, value in [*zip(nodes[1:], row[1:], strict=True), (nodes[0], row[0])]:
-                    await node.write_value(float(value))
-                for _ in range(400):
-                    if len(seen) > k or over.is_set():
-                        break
-                    await asyncio.sleep(0.005)
-            while not over.is_set():
-                await asyncio.sleep(0.02)
-
-    server = threading.Thread(target=lambda: asyncio.run(serve()))
-    server.start()
-    try:
-        assert ready.wait(60)
-        mapping = tmp_path / "nodes.toml"
-        names = {"node": "ns=2;s=v{}", "name": "Motor_1/Value{}"}[by]
-        mapping.write_text(
-            "[columns]\n" + "\n".join(f'"{h}" = "{names.format(i)}"' for i, h in enumerate(HEADERS))
-        )
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("warmlink.orchestration.watch.sources.opcua.PERIOD", 0.005)
-            take = OpcuaSource.put
-            patch.setattr(OpcuaSource, "put", lambda source, cells: (take(source, cells), seen.append(1)))
-            found = read(opened(f"opc.tcp://127.0.0.1:{port}", follow=True, mapping=mapping))
-        assert found == expected
-        wrong = tmp_path / "wrong.toml"
-        wrong.write_text('[columns]\n"base_temperature [degC]" = "Motor_9/MotorTemperature"\n')
-        with pytest.raises(InputError, match="no node is called so"):
-            opened(f"opc.tcp://127.0.0.1:{port}", follow=True, mapping=wrong)
-    finally:
-        over.set()
-        server.join()

@@ -24,6 +24,10 @@ typedef struct {
 } System;
 
 typedef struct {
+    int64_t below, above; /* of the diagonal: how far entries lie, of the Jacobian and of its factors */
+} Band;
+
+typedef struct {
     const double *times;
     const int64_t *begins, *levels; /* of the inputs that act in each step */
     const double *shares, *table;
@@ -94,56 +98,76 @@ static void slopes_at(
     }
 }
 
-/* LU factors of I - scale J with row exchanges; zeros are left out, for a chain of cells has many. */
-static void factorise(const System *system, Work *work, double scale)
+/* Where the Jacobian has entries; exchanges of rows move those above the diagonal further out. */
+static Band band_of(const System *system)
+{
+    Band band = {0, 0};
+    for (int64_t i = 0; i < system->states; i++)
+        for (int64_t k = system->jacobian_rows[i]; k < system->jacobian_rows[i + 1]; k++) {
+            int64_t beside = system->jacobian_columns[k] - i;
+            band.above = beside > band.above ? beside : band.above;
+            band.below = -beside > band.below ? -beside : band.below;
+        }
+    band.above += band.below;
+    return band;
+}
+
+static int64_t least(int64_t one, int64_t other)
+{
+    return one < other ? one : other;
+}
+
+/* LU factors of I - scale J with row exchanges, within the band; a chain of cells has a narrow one. */
+static void factorise(const System *system, Band band, Work *work, double scale)
 {
     int64_t n = system->states;
     double *matrix = work->matrix;
-    memset(matrix, 0, n * n * sizeof(double));
     for (int64_t i = 0; i < n; i++) {
+        int64_t first = i - least(i, band.below), end = least(n, i + band.above + 1);
+        memset(matrix + i * n + first, 0, (end - first) * sizeof(double));
         matrix[i * n + i] = 1.0;
         for (int64_t k = system->jacobian_rows[i]; k < system->jacobian_rows[i + 1]; k++)
             matrix[i * n + system->jacobian_columns[k]] -= scale * work->mean_jacobian[k];
     }
     for (int64_t j = 0; j < n; j++) {
-        int64_t pivot = j;
-        for (int64_t i = j + 1; i < n; i++)
+        int64_t pivot = j, last = least(n, j + band.below + 1), end = least(n, j + band.above + 1);
+        for (int64_t i = j + 1; i < last; i++)
             if (fabs(matrix[i * n + j]) > fabs(matrix[pivot * n + j]))
                 pivot = i;
         work->pivots[j] = pivot;
-        for (int64_t c = 0; pivot != j && c < n; c++) {
+        for (int64_t c = j; pivot != j && c < end; c++) {
             double kept = matrix[j * n + c];
             matrix[j * n + c] = matrix[pivot * n + c];
             matrix[pivot * n + c] = kept;
         }
-        for (int64_t i = j + 1; i < n; i++) {
+        for (int64_t i = j + 1; i < last; i++) {
             double factor = matrix[i * n + j];
             if (factor == 0.0)
                 continue;
             matrix[i * n + j] = factor /= matrix[j * n + j];
-            add(matrix + i * n + j + 1, matrix + j * n + j + 1, -factor, n - j - 1);
+            add(matrix + i * n + j + 1, matrix + j * n + j + 1, -factor, end - j - 1);
         }
     }
 }
 
 /* Solution for `columns` columns, in place of the right-hand side. */
-static void solve(const System *system, const Work *work, double *right, int64_t columns)
+static void solve(const System *system, Band band, const Work *work, double *right, int64_t columns)
 {
     int64_t n = system->states;
     for (int64_t j = 0; j < n; j++) {
-        int64_t pivot = work->pivots[j];
+        int64_t pivot = work->pivots[j], last = least(n, j + band.below + 1);
         for (int64_t c = 0; pivot != j && c < columns; c++) {
             double kept = right[j * columns + c];
             right[j * columns + c] = right[pivot * columns + c];
             right[pivot * columns + c] = kept;
         }
-    }
-    for (int64_t i = 0; i < n; i++)
-        for (int64_t j = 0; j < i; j++)
+        for (int64_t i = j + 1; i < last; i++)
             if (work->matrix[i * n + j] != 0.0)
                 add(right + i * columns, right + j * columns, -work->matrix[i * n + j], columns);
+    }
     for (int64_t i = n - 1; i >= 0; i--) {
-        for (int64_t j = i + 1; j < n; j++)
+        int64_t end = least(n, i + band.above + 1);
+        for (int64_t j = i + 1; j < end; j++)
             if (work->matrix[i * n + j] != 0.0)
                 add(right + i * columns, right + j * columns, -work->matrix[i * n + j], columns);
         for (int64_t c = 0; c < columns; c++)
@@ -195,6 +219,7 @@ __attribute__((visibility("default"))) int integrate(
     double *left, double *right)
 {
     int64_t n = system->states, size = n * system->columns;
+    Band band = band_of(system);
     Work work = {0};
     double *buffer = malloc((shared_out(system, &work, NULL) + 1) * sizeof(double));
     work.arguments = malloc((system->arguments + 1) * sizeof(double *));
@@ -211,14 +236,14 @@ __attribute__((visibility("default"))) int integrate(
         slopes_at(system, &work, steps, k, start, at, slopes);
         if (k > 0 && follows(steps, k, together))
             memcpy(right + (k - 1) * size, slopes, size * sizeof(double));
-        factorise(system, &work, gamma * length);
+        factorise(system, band, &work, gamma * length);
         memcpy(work.first, slopes, size * sizeof(double));
-        solve(system, &work, work.first, system->columns);
+        solve(system, band, &work, work.first, system->columns);
         for (int64_t i = 0; i < size; i++)
             work.ahead[i] = at[i] + length * work.first[i];
         slopes_at(system, &work, steps, k, end, work.ahead, work.second);
         add(work.second, work.first, -2.0, size);
-        solve(system, &work, work.second, system->columns);
+        solve(system, band, &work, work.second, system->columns);
         for (int64_t i = 0; i < size; i++)
             after[i] = at[i] + length * (1.5 * work.first[i] + 0.5 * work.second[i]);
         if (k + 1 == count || !follows(steps, k + 1, together))

@@ -9,7 +9,7 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.profile import calibration, met_bounds
 from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, FitPoint
-from warmlink.orchestration.diagnosis.ladder.delivered import CALIBRATED
+from warmlink.orchestration.diagnosis.ladder.judged import CALIBRATED
 from warmlink.orchestration.machine.heat_paths import rig_of
 
 

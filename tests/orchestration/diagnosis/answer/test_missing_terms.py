@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from warmlink.orchestration.diagnosis.answer.diagnosis import Refusals
 from warmlink.orchestration.diagnosis.answer.growth import growth_of
-from warmlink.orchestration.diagnosis.answer.refusals import Refusals
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, _means, _selected
 
 

@@ -148,3 +148,16 @@ def test_the_uncorrected_model_errs_alike_where_a_cause_is_found(tmp_path: Path)
 
 def test_the_uncorrected_model_errs_alike_where_no_cause_is_found() -> None:
     assert_the_uncorrected_model_errs_alike(given("logs_that_fail/shift.toml"), {"unknown"})
+
+
+def test_a_time_limit_ends_a_calibration_with_the_best_numbers_so_far(tmp_path: Path) -> None:
+    """It went on from four starts, however long that took."""
+    far = {**BOUNDS, "motor.winding_heat_capacity": "5, 2000, 1900 J/K"}
+    path, numbers = experiment(tmp_path, log(), far), {}
+    for limit in (1e-6, 1e6):
+        found = diagnose_experiment(calibrating(read([path]), limit))
+        ended = "The time limit of 1e-06 s ended the calibration" in summary(found)
+        assert ended == (limit < 1)
+        numbers[limit] = {each.name: each.value for each in calibration(found)}
+        assert set(numbers[limit]) == set(TRUTH)
+    assert numbers[1e-6] != pytest.approx(numbers[1e6], rel=0.05)

@@ -9,7 +9,8 @@ import pytest
 
 from warmlink.orchestration.diagnosis.fit.wandering import STILL
 from warmlink.orchestration.diagnosis.ladder.baselines import Baseline, baselines
-from warmlink.orchestration.diagnosis.ladder.delivered import Delivery, chosen
+from warmlink.orchestration.diagnosis.ladder.delivered import Delivery
+from warmlink.orchestration.diagnosis.ladder.judged import JudgedModels, chosen
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder, Rung
 from warmlink.orchestration.diagnosis.ladder.signals import Signals
 
@@ -187,11 +188,11 @@ def with_equation(left: float, told_apart: bool = True) -> Delivery:
     off = np.ones_like(run.readings) * np.linspace(0.5, 1.5, len(run.readings))[:, None]
     first = Rung("uncorrected", "simulation", (run.readings + off,), is_model=True)
     nothing: Any = None
-    before = Delivery(nothing, STILL, {}, "unknown", declared=False)
-    before.__dict__.update(_plainest=Ladder((run,), ("a", "b", "c"), (first,)), _is_off=False, _learnt=None)
+    others = JudgedModels(nothing, STILL, {}, "unknown", declared=False)
+    others.__dict__.update(_plainest=Ladder((run,), ("a", "b", "c"), (first,)), _is_off=False, _learnt=None)
     freed = SimpleNamespace(freed=("term1.a", "term1.b"))
     equation: Any = SimpleNamespace(readings=(run.readings + left * off,), fit=freed)
-    return before.with_equations((equation,), told_apart)
+    return Delivery(others, (equation,), told_apart)
 
 
 def test_an_equation_is_a_rung_and_delivered_where_it_predicts_best() -> None:

@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from warmlink.fmus.component.instance import Instance
@@ -17,7 +18,7 @@ from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.wandering import STILL
 from warmlink.orchestration.diagnosis.ladder.baselines import filtered
-from warmlink.orchestration.diagnosis.ladder.delivered import REMAINDER, UNCORRECTED, Delivery
+from warmlink.orchestration.diagnosis.ladder.judged import REMAINDER, UNCORRECTED, JudgedModels
 from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, Scores
 from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, remainder
 from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
@@ -65,18 +66,36 @@ def test_what_is_missing_is_learnt_where_blocks_ask_for_it(problem: Problem) -> 
     assert learnt.wires["speed"] == "motor.speed"
 
 
+def test_no_remainder_is_learnt_of_what_no_output_of_the_system_is(problem: Problem, tmp_path: Path) -> None:
+    """Such a one could not be wired, so that the extended system would lack what the page counts."""
+    write_csv(hide({}, [Segment(*each) for each in WORK], interval=30.0, seed=5), tmp_path / "run.csv")
+    table = pd.read_csv(tmp_path / "run.csv").rename(columns={"elongation [um]": "half [um]"})
+    table["half [um]"] /= 2
+    table.to_csv(tmp_path / "run.csv", index=False)
+    channels = '[channels]\n"half [um]" = "0.5 * link.elongation"\n'
+    experiment = 'system = "WarmupCell"\n[[run]]\ndata = "run.csv"\n' + channels
+    (tmp_path / "e.toml").write_text(experiment, "utf-8")
+    summed = Problem(read([tmp_path / "e.toml"]))
+    channel = summed.variables.index("0.5 * link.elongation")
+    readings = summed.finest(0, summed.neutral[0]).copy()
+    of_output = lacking(problem)[:, problem.variables.index("link.elongation")]
+    readings[:, channel] = np.interp(summed.data[0].time, problem.data[0].time, of_output) / 2
+    learnt = remainder(summed, [readings])
+    assert learnt is None or "0.5 * link.elongation" not in {*learnt.wires.values(), *learnt.weights}
+
+
 def test_noise_asks_for_no_remainder(problem: Problem) -> None:
     sound = problem.finest(0, problem.neutral[0])
     learnt = remainder(problem, [sound])
     assert learnt is None or off(problem, learnt.readings[0]) < 1.1 * off(problem, sound)
 
 
-def delivered(problem: Problem, readings: list[Array]) -> Delivery:
+def delivered(problem: Problem, readings: list[Array]) -> JudgedModels:
     """What is delivered beside a model that has these readings."""
     stands = Fit((), (), np.zeros(0), FitPoint(0.0, (), ()), ())
     model = Predicted(Carried(problem, stands), tuple(readings))
     noise = [NoiseModel(0.1 if problem.experiment.rig.unit(n) == "K" else 4e-7) for n in problem.variables]
-    return Delivery(Scores(problem, noise, stands), STILL, {UNCORRECTED: model}, "unknown", False)
+    return JudgedModels(Scores(problem, noise, stands), STILL, {UNCORRECTED: model}, "unknown", False)
 
 
 def test_the_end_of_one_run_asks_for_no_remainder_as_other_duty_cycles_do_not_speak(problem: Problem) -> None:

@@ -2,19 +2,25 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from benchmarks.strange_machine import Demand, Machine
+from tests.shared_data import given
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.data.experiment import together
-from warmlink.orchestration.diagnosis.diagnose import read
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.fitted import Carried
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import fitted_part
+from warmlink.orchestration.diagnosis.ladder.delivered import CALIBRATED, CAUSES, NEAREST
 from warmlink.orchestration.diagnosis.ladder.plain import plainly_calibrated
 
 FITTED = [Demand(9000, 3.4, 2.5), Demand(3600)]
@@ -59,3 +65,24 @@ def test_what_one_speed_and_torque_do_not_tell_apart_stays_as_usual() -> None:
         assert values[name] == pytest.approx(1.0, abs=0.3)
     before, after = errors["slow and heavy"]
     assert after[-1] < 2.5 * before[-1]
+
+
+@pytest.mark.slow
+def test_causes_that_do_not_explain_a_log_are_not_delivered_for_its_end() -> None:
+    """Three of them took the growth at a log's end from 5.5 to 1.7 um, and unseen runs from 8.9 to 12.6."""
+    log = pd.read_parquet(given("machine") / "machine1_training.parquet").drop(columns="growth [um]")
+    found = diagnose_experiment(read([log.iloc[::10]]))
+    assert found.assessment.word == "unknown"
+    assert found.verdict == "empirical"
+    assert NEAREST in found.models
+    assert found.delivered == CALIBRATED
+
+
+@pytest.mark.parametrize(("fitted", "rung"), [("unknown", NEAREST), ("named", CAUSES)])
+def test_causes_count_as_such_where_they_explain_the_fitted_rows(fitted: str, rung: str) -> None:
+    """Held-out rows alone had made causes of those that explain nothing."""
+    assessment = SimpleNamespace(word=fitted, best=SimpleNamespace(items=("friction",)))
+    found = Diagnosis(cast(Any, SimpleNamespace(calibrated=())), cast(Any, assessment))
+    kept = {"_gated": ("empirical", ""), "before": "before", "after": "after", "_plainly_calibrated": None}
+    found.__dict__.update(kept)
+    assert list(found.models) == ["uncorrected", rung]

@@ -95,12 +95,10 @@ def test_an_input_that_nothing_feeds_stays_open(portal: System, fmus: Asked) -> 
 
 
 @pytest.mark.parametrize("source", ["portal.x.growth + portal.y.growth", "portal.x.hidden", "nobody.growth"])
-def test_what_no_output_gives_leaves_the_remainder_out_with_a_remark(
-    source: str, portal: System, fmus: Asked, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert with_remainder(portal, learnt(source), fmus) == portal
-    told = " ".join(capsys.readouterr().err.split())
-    assert f"Portal has no output {source}, which the remainder's elongation takes" in told
+def test_what_no_output_gives_is_refused(source: str, portal: System, fmus: Asked) -> None:
+    with pytest.raises(InputError) as refused:
+        with_remainder(portal, learnt(source), fmus)
+    assert f"Portal has no output {source}, which the remainder's elongation takes" in str(refused.value)
 
 
 def test_a_logged_signal_that_no_system_has_is_left_to_connect(

@@ -56,6 +56,29 @@ def test_base_and_shaft_are_right_whatever_the_logger(name: str) -> None:
         assert np.sqrt(np.mean(error**2, axis=0)).max() < ordinary
 
 
+def test_of_an_hourly_log_fewer_steps_are_as_right() -> None:
+    hours, drawn = np.arange(0.0, 48.0), np.random.default_rng(5)
+    levels = {
+        "motor.speed": drawn.uniform(0.0, 4.0, hours.size),
+        "motor.torque": drawn.uniform(0.0, 4.0, hours.size),
+        "motor.ambient_temperature": 295.15 + drawn.uniform(-3.0, 3.0, hours.size),
+    }
+    hourly = Run("hourly", 3600 * hours, levels, {})
+    minutes = np.arange(0.0, 3600 * hours[-1] + 1, 60.0)
+    each_minute = Run("each minute", minutes, {n: v[hourly.row_at(minutes)] for n, v in levels.items()}, {})
+    cells = Equations(rig("WarmupCell", CELLS), [], BASE_AND_SHAFT)
+
+    def simulated(run: Run, resolution: Resolution) -> Forward:
+        return Forward(cells, run, {}, resolution)
+
+    fine = simulated(each_minute, Resolution(CELLS, 5.0, 0, 5.0, np.inf))
+    exact = fine(fine.start_values(), hourly.time).values
+    for resolution, most in ((SEARCH, 0.06), (FINAL, 0.003)):
+        few, many = simulated(hourly, resolution), simulated(each_minute, resolution)
+        assert few.time.size < many.time.size / 2
+        assert np.abs(few(few.start_values(), hourly.time).values - exact).max() < most
+
+
 def test_a_link_measured_from_end_to_end_takes_no_shorter_steps() -> None:
     """Beyond base and tip the stretches are then thin, and settle within any step."""
     time = np.arange(0.0, 3600.0, 10.0)

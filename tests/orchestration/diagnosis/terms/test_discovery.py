@@ -14,6 +14,7 @@ import pytest
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.ladder import table_of
+from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
 from warmlink.orchestration.diagnosis.practice.hidden_terms import hidden_term
@@ -156,6 +157,24 @@ def test_it_is_said_with_units_and_intervals(found: Equation) -> None:
     assert "equation" not in content_with(found.diagnosis, None)
 
 
+def test_what_explains_a_run_as_well_as_its_cause_is_said_with_the_verdict(
+    found: Equation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It stood behind all that is said of the cause, so that the first lines said `named` alone."""
+    diagnosis = Diagnosis(found.diagnosis.experiment, found.diagnosis.assessment)
+    vars(diagnosis)["verdict_and_reason"] = ("named", "")
+    by_causes = "run: named\nFound: a cause.\nTo use from now on: the model with the causes."
+    monkeypatch.setattr("warmlink.orchestration.diagnosis.terms.words.summary", lambda _: by_causes)
+    both = Equation(diagnosis, replace(found.discovery, finding="ambiguous", causes=("housing_heat_loss",)))
+    vars(both)["proposed"] = Proposed((), "a duty cycle tells them apart.", 9.0, 1.0)
+    title, cause, apart, *rest = summary_with(diagnosis, both).splitlines()
+    assert title.endswith("named; equations explain it as well")
+    assert cause == "Found: a cause."
+    assert apart == "These data cannot tell 2 explanations apart:"
+    assert "  or the cause housing_heat_loss" in rest
+    assert [each for each in rest if each.startswith("Next: ")] == rest[-1:]
+
+
 def test_the_extended_system_has_it_as_a_component(found: Equation, tmp_path: Path) -> None:
     files = write_diagnosis(found.diagnosis, tmp_path / "out", FmuStore("native"), found)
     system = read_system(files["extended.ssp"])
@@ -227,6 +246,9 @@ def test_a_loop_of_unknown_fmus_is_told_so(found: Equation) -> None:
     said = discover(diagnosis.assessment, "unknown", looped, diagnosis.scores, None)
     assert said.finding == "none"
     assert "in a loop" in said.because
+    assert "[term.NAME]" in said.because
+    told = Equation(diagnosis, said).lines()
+    assert told[0].startswith("No equation was looked for: FMUs of this machine")
 
 
 def test_causes_are_scored_by_what_they_leave_not_by_what_they_gain() -> None:
