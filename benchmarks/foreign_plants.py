@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -155,10 +156,13 @@ def _listed(*names: str) -> str:
 
 
 def screw(folder: Path, source: str = SCREW) -> Path:
-    """FMU of the ball screw, built in a folder."""
+    """FMU of the ball screw, built in a folder.
+
+    Its module has a name of its own for each source: pythonfmu imports one of a name in a process.
+    """
     from pythonfmu.builder import FmuBuilder
 
-    script = folder / "ball_screw_of_a_stranger.py"
+    script = folder / f"ball_screw_{zlib.crc32(source.encode()):08x}.py"
     script.write_text(source, "utf-8")
     return Path(FmuBuilder.build_FMU(str(script), dest=str(folder), needsExecutionTool="false"))
 

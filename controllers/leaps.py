@@ -43,8 +43,8 @@ def _later(
     there, silent_for = truth(finite(readings)), silent_for + step
     change, noise = readings - last, 2.0**0.5 * p.gate * p.sensor_std
     used = truth(p.sensor_std > 0) * there * truth(finite(last))
-    # What is left out already may return from wherever it was; or it leaps back.
-    counts = maximum(1.0 - out, truth(leapt * change < 0))
+    # What is left out without a leap may return from wherever it was; what has leapt may leap on, and back.
+    counts = maximum(1.0 - out, truth(absolute(leapt) > 0))
     fast = truth(absolute(change) > noise + FASTEST * silent_for) * counts
     after = leapt + where(used * fast > 0, change, 0.0)
     return where(absolute(after) > noise, after, 0.0), where(there > 0, 0.0, silent_for)

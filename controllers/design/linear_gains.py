@@ -8,26 +8,29 @@ the growth it takes out, and how honest its `correction_std` is.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, signal
 
 from warmlink.controllers.design.gains import sensor_stds
 from warmlink.controllers.design.identified import LinearModel, identified
 from warmlink.controllers.design.training import DrivenRun
-from warmlink.controllers.linear_observer.model import MODES, SENSORS, features
+from warmlink.controllers.interface import SENSED, SIGMAS
+from warmlink.controllers.linear_observer.component import COMPONENT
+from warmlink.controllers.linear_observer.model import SENSORS
 from warmlink.controllers.matrices import upper
+from warmlink.controllers.replay import ReplayedOutputs, replay
+from warmlink.controllers.start_values import Values, with_values
 from warmlink.fmus.arguments import argument
 
 Array = NDArray[np.float64]
 
 NOISES = (0.003, 0.01, 0.03, 0.1)
-"""Shares of the features by which the model may be off, of which one is chosen: white over `LASTING`."""
+"""Shares of the features by which the model may be off, of which one is chosen."""
 
 LASTING = 600.0
-"""s"""
+"""s over which a feature is off, or one that the law is not told lasts."""
 
 LEFT_WARM, EVEN = 1.0, 10.0
 """Before the first reading the machine may be as warm as the runs made it, and all of it by so many K."""
@@ -40,6 +43,8 @@ RATED = 1.5
 
 ENOUGH = 0.9
 """Share of the growth below which it is said that thermometers do not show it."""
+
+TOLD = ("speed", "torque", "ambient_temperature")
 
 AROUND = 5
 """Place of the surroundings among the features."""
@@ -117,24 +122,30 @@ def design_linear(
     """
     stds = np.array(sensor_stds(sensors, sensor_std))
     *made_from, chooses = runs
-    model = identified(made_from, chooses, np.flatnonzero(stds).tolist())
-    filters = [Filter(model, stds, share, chooses.step) for share in NOISES]
-    chosen = min(filters, key=lambda each: float(np.mean(each.errors(chooses) ** 2)))
-    variance = float(model.C[-1] @ chosen.spread @ model.C[-1])
-    errors = [chosen.errors(run) for run in judged]
-    doubled = BEYOND * max(float(np.quantile(np.abs(each), 0.95)) for each in errors)
+    found = identified(made_from, chooses, np.flatnonzero(stds).tolist())
+    told = told_features(chooses.told)
+    model = replace(found, B=found.B * told)
     largest = np.max([np.abs(run.duty[:, :2]).max(axis=0) for run in runs], axis=0)
     rated = np.where(largest > 0, RATED * largest, 1.0)
-    parameters: dict[str, float | list[float]] = {
+    fixed: dict[str, float | list[float]] = {
         "sample_time": sample_time,
         "rated_speed": float(rated[0]),
         "rated_torque": float(rated[1]),
         "sensor_std": stds.tolist(),
         **model_parameters(model),
-        "start_spread": upper(start_spread(model)).tolist(),
-        "noise": upper(chosen.noise).tolist(),
-        "model_std": float(np.sqrt(max(0.25 * doubled**2 - variance, 0.0))),
+        "start_spread": upper(start_spread(found)).tolist(),
+        "model_std": 0.0,
     }
+    tried = [{**fixed, "noise": upper(noise_of(found, share, told)).tolist()} for share in NOISES]
+    off = [np.mean((replayed(each, chooses, stds).correction - chooses.elongation) ** 2) for each in tried]
+    chosen = tried[int(np.argmin(off))]
+    said = [replayed(chosen, run, stds) for run in judged]
+    errors = [each.correction - run.elongation for each, run in zip(said, judged, strict=True)]
+    missing = [
+        float(np.quantile((BEYOND * error / SIGMAS) ** 2 - each.correction_std**2, 0.95))
+        for error, each in zip(errors, said, strict=True)
+    ]
+    parameters = {**chosen, "model_std": max(0.0, *missing) ** 0.5}
     return LinearDesign(parameters, model, _worth(model, made_from, judged, errors, stds))
 
 
@@ -153,43 +164,29 @@ def model_parameters(model: LinearModel) -> dict[str, float | list[float]]:
     }
 
 
-class Filter:
-    """The law on whole runs, with the gain that it has in the end."""
+def noise_of(model: LinearModel, share: float, told: Array) -> Array:
+    """Covariance per second of the modes: a share of what drives them, all of what is not told."""
+    driven = model.B * model.size * np.where(told, share, 1.0)
+    return LASTING * driven @ driven.T
 
-    def __init__(self, model: LinearModel, stds: Array, share: float, step: float) -> None:
-        self._model, self._stds, self._used = model, stds, np.flatnonzero(stds)
-        nothing = np.zeros((SENSORS + 1, model.size.size))
-        discrete = signal.cont2discrete((model.A, model.B, model.C, nothing), step)
-        self._transition, self._reach = discrete[:2]
-        driven = model.B * (share * model.size)
-        self.noise = LASTING * driven @ driven.T
-        rows = model.C[self._used]
-        self.spread, self._gain = np.zeros((MODES, MODES)), np.zeros((MODES, self._used.size))
-        if self._used.size:
-            seen = np.diag(stds[self._used] ** 2)
-            # As much noise in each mode as rounding: where nothing drives a mode, the equation has no answer.
-            least = 1e-12 * np.trace(self.noise) * np.eye(MODES)
-            before = linalg.solve_discrete_are(self._transition.T, rows.T, step * (self.noise + least), seen)
-            self._gain = np.linalg.solve(rows @ before @ rows.T + seen, rows @ before).T
-            self.spread = before - self._gain @ rows @ before
-        else:
-            self.spread = linalg.solve_discrete_lyapunov(self._transition, step * self.noise)
 
-    def errors(self, run: DrivenRun) -> Array:
-        """Error of the growth in m with noisy readings, shape (n,)."""
-        model, used = self._model, self._used
-        cooled = (self._stds > 0).astype(float)
-        rises = run.temperature - model.start[:-1]
-        rises = (rises + self._stds * np.random.default_rng(SEED).standard_normal(rises.shape))[:, used]
-        z, rows, found = np.zeros(MODES), model.C[used], np.empty(len(rises))
-        for i, (speed, torque, ambient) in enumerate(run.duty.tolist()):
-            z = z + self._gain @ (rises[i] - rows @ z)
-            shown = model.C @ z + model.start
-            found[i] = shown[-1]
-            above = cooled * (shown[:-1] - ambient)
-            f = features(speed, torque, ambient - model.around, above.tolist())
-            z = self._transition @ z + self._reach @ np.array(f)
-        return found - run.elongation
+def told_features(told: Sequence[bool]) -> Array:
+    """Which features a law knows that is told of speed, torque and surroundings or not, shape (features,)."""
+    speed, torque, around = told
+    heats = [True, speed, speed, speed and torque, torque]
+    return np.array([*heats, around, *[speed and around] * SENSORS])
+
+
+def replayed(parameters: Values, run: DrivenRun, stds: Array) -> ReplayedOutputs:
+    """What the law itself says in a run, with noisy readings."""
+    own = {**parameters, "sample_time": run.step}
+    law = replace(COMPONENT, parameters=with_values(COMPONENT.parameters, own))
+    rows = np.full((len(run.duty), law.u.size), np.nan)
+    noise = stds * np.random.default_rng(SEED).standard_normal(run.temperature.shape)
+    rows[:, [law.u.index[name] for name in SENSED]] = np.where(stds > 0, run.temperature + noise, np.nan)
+    untold = [0.0, 0.0, float(parameters["reference_temperature"])]  # type: ignore[arg-type]
+    rows[:, [law.u.index[name] for name in TOLD]] = np.where(run.told, run.duty, untold)
+    return replay(law, rows)
 
 
 def start_spread(model: LinearModel) -> Array:

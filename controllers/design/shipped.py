@@ -12,7 +12,7 @@ from warmlink.controllers.design.linear_gains import LinearDesign, design_linear
 from warmlink.controllers.design.plant import Plant, no_growth, plant_model
 from warmlink.controllers.design.reduction import reduce_plant
 from warmlink.controllers.design.regression import SENSORS, fit_regression
-from warmlink.controllers.design.training import DrivenRun, excitation, training_run
+from warmlink.controllers.design.training import DrivenRun, excitations, training_run
 from warmlink.controllers.observer.model import MODES
 from warmlink.controllers.start_values import Values, design_file
 
@@ -38,7 +38,7 @@ def linear_design(plant: Plant | None = None, sensors: Sequence[str] = SENSORS) 
 
 
 def _driven(plant: Plant | None, count: int) -> list[DrivenRun]:
-    return [training_run(plant, excitation(seed, *LARGEST, LENGTH)) for seed in range(count)]
+    return [training_run(plant, each) for each in excitations(*LARGEST, LENGTH)[:count]]
 
 
 def linear_observer_facts(plant: Plant, sensors: Sequence[str] = SENSORS) -> Values:

@@ -33,7 +33,10 @@ WARM_UP = (Stage(7200.0, 3.43, 2.5), Stage(3600.0, 0.0, 0.0))
 """A warm-up and cooling at rest."""
 
 STAGES, AT_REST, ROOM = 30, 0.3, 3.0
-"""Phases of an excitation, share of them at rest, and how far the surroundings go from the room's, in K."""
+"""Stages of an excitation, share of them at rest, and how far the surroundings leap from the room's, in K."""
+
+RUNS, MAKE = 4, 2
+"""Runs from which a model is found; of so many it is made, then one chooses and one judges."""
 
 LONGEST_TO_SHORTEST = 12.0
 """Duration of the longest stage as a multiple of the shortest."""
@@ -54,30 +57,41 @@ class DrivenRun(TrainingRun):
     Attributes
     ----------
     step : s between two rows
-    duty : speed, torque and surroundings as the controller is told them, held to the next row, shape (n, 3)
+    duty : speed, torque and surroundings, held to the next row, shape (n, 3)
+    told : which of them the controller is told
     """
 
     step: float
     duty: Array
+    told: tuple[bool, bool, bool] = (True, True, True)
 
 
-def excitation(seed: int, speed: float, torque: float, length: float) -> tuple[Stage, ...]:
+def excitation(
+    seed: int, speed: float, torque: float, length: float, room: float = ROOM
+) -> tuple[Stage, ...]:
     """Stages that tell what a machine does: at rest, then at random up to a speed and a torque.
 
     Parameters
     ----------
     speed, torque : largest, in the units of `Stage`
     length : s of all stages, each of which is rounded up to 10 s
+    room : how far the surroundings leap at most; no law follows that, so that none is judged by it
     """
     random = np.random.default_rng(seed)
     lasts = LONGEST_TO_SHORTEST ** random.uniform(size=STAGES)
     works = random.uniform(size=STAGES) > AT_REST
     fast, hard = works * random.uniform(0.1, 1.0, STAGES), works * random.uniform(size=STAGES)
-    around = ROOM_TEMPERATURE + random.uniform(-ROOM, ROOM, STAGES)
+    around = ROOM_TEMPERATURE + room * random.uniform(-1.0, 1.0, STAGES)
     lasts = 10.0 * np.ceil(length * lasts / lasts.sum() / 10.0)
     rows = np.column_stack([lasts, speed * fast, torque * hard, around])
     # Whatever heats a machine that does nothing is seen before anything else does.
     return (Stage(10.0 * round(length / 100.0), 0.0, 0.0), *(Stage(*row) for row in rows.tolist()))
+
+
+def excitations(speed: float, torque: float, length: float) -> list[tuple[Stage, ...]]:
+    """Stages of `RUNS` runs, as for `excitation`; the surroundings of those that choose and judge stay."""
+    rooms = [ROOM] * MAKE + [0.0] * (RUNS - MAKE)
+    return [excitation(seed, speed, torque, length, room) for seed, room in enumerate(rooms)]
 
 
 def training_run(

@@ -92,7 +92,7 @@ def _at_start(readings: Number, duty: BelievedDuty, p: Record) -> Estimate:
 
 
 def _spread_later(x: Record, p: Record) -> Number:
-    return carried_over(x.spread, matrix(p.transition, MODES)) + p.sample_time * p.noise
+    return carried_over(x.spread, matrix(p.carried, MODES)) + p.sample_time * p.noise
 
 
 def _sensed(

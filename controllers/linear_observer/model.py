@@ -62,7 +62,7 @@ def driven(duty: BelievedDuty, modes: Number, p: Record) -> Number:
 
 def later(modes: Number, duty: BelievedDuty, p: Record) -> Number:
     """Modes a sample later."""
-    return matrix(p.transition, MODES) @ modes + matrix(p.reach, MODES) @ driven(duty, modes, p)
+    return matrix(p.carried, MODES) @ modes + matrix(p.reach, MODES) @ driven(duty, modes, p)
 
 
 def growth(modes: Number, p: Record) -> Number:
@@ -80,7 +80,7 @@ def derive(p: Record) -> Values:
     transition, reach = unit + state @ reach, part * reach
     for _ in range(_DOUBLINGS):
         transition, reach = _doubled(transition, reach)
-    return {"transition": _flat(transition), "reach": _flat(reach)}
+    return {"carried": _flat(transition), "reach": _flat(reach)}
 
 
 @as_c_function
@@ -127,4 +127,4 @@ PARAMETERS = (
     temperature_parameter("reference_temperature", "temperature from which that of the surroundings counts"),
 )
 
-DERIVED = (Derived("transition", "1", size=MODES**2), Derived("reach", "s", size=MODES**2))
+DERIVED = (Derived("carried", "1", size=MODES**2), Derived("reach", "s", size=MODES**2))

@@ -164,7 +164,8 @@ class ClosedLoop(Answer):
         lasted = whole if done >= scenario.stop_time else f"{_duration(done)} of {whole}"
         how = lasted, f"{self.fmus} FMUs", f"{scenario.step_size:g} s steps", scenario.master
         head = scenario.name, *scenario.mismatches, *how
-        lines = [f"{a:<20}{b:>14}{c:>15}     {d}".rstrip() for a, b, c, d in rows]
+        width = max(15, len(self.controller) + 3)
+        lines = [f"{a:<20}{b:>14}{c:>{width}}     {d}".rstrip() for a, b, c, d in rows]
         return "\n".join([" · ".join(head), *lines, *(f"note  {text}" for text in self.remarks)])
 
     def to_dict(self) -> dict[str, Any]:

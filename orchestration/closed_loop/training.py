@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from warmlink.controllers.design.training import DrivenRun, excitation
+from warmlink.controllers.design.training import DrivenRun, excitations
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
@@ -16,15 +16,12 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.fmu_store import store
-from warmlink.orchestration.machine.machine import Machine
+from warmlink.orchestration.machine.machine import DUTY, Machine
 from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.duties.duty import Duty, Segment
 from warmlink.orchestration.scenarios.scenario import Scenario
-
-RUNS = 4
-"""Runs that drive a machine at random: two make a model, one chooses, one judges."""
 
 LONGER, SHORTEST, LONGEST = 4.0, 2 * 3600.0, 8 * 3600.0
 """Length of such a run as a multiple of the scenario's, and least and largest length in s."""
@@ -35,8 +32,8 @@ FASTER = 1.25
 ROW = 10.0
 """s between two rows of a run, or the communication step where that is longer."""
 
-DUTY = {"speed": 0.0, "torque": 0.0, "ambient_temperature": ROOM_TEMPERATURE}
-"""What a controller is told of the duty, and what it takes for it where nothing tells it."""
+DEMANDS = ("speed", "torque", "ambient_temperature")
+"""What a controller may be told of the duty."""
 
 
 def run_of(scenario: Scenario, sensors: Sequence[str]) -> DrivenRun:
@@ -46,7 +43,7 @@ def run_of(scenario: Scenario, sensors: Sequence[str]) -> DrivenRun:
 
 
 def runs_of(scenario: Scenario, sensors: Sequence[str]) -> list[DrivenRun]:
-    """`RUNS` runs at random, then the scenario's own, each with a row in `ROW`.
+    """Runs at random, then the scenario's own, each with a row in `ROW`.
 
     InputError as `_recorded`, or where the scenario asks for no speed and no torque.
     """
@@ -60,9 +57,7 @@ def runs_of(scenario: Scenario, sensors: Sequence[str]) -> list[DrivenRun]:
             'duty = "stop_and_go"'
         )
     length = min(max(LONGER * scenario.stop_time, SHORTEST), LONGEST)
-    driven = [
-        tuple(Segment(*stage) for stage in excitation(seed, speed, torque, length)) for seed in range(RUNS)
-    ]
+    driven = [tuple(Segment(*stage) for stage in each) for each in excitations(speed, torque, length)]
     every = [
         replace(scenario, duty=Duty(f"run {i}", "", "", sum(part.duration for part in each), each))
         for i, each in enumerate(driven, start=1)
@@ -80,8 +75,8 @@ def _shown(show: Callable[..., None], done: int, count: int, share: float) -> No
 
 
 def _thinned(run: DrivenRun) -> DrivenRun:
-    every = max(1, round(ROW / run.step))
-    return DrivenRun(run.temperature[::every], run.elongation[::every], every * run.step, run.duty[::every])
+    n = max(1, round(ROW / run.step))
+    return DrivenRun(run.temperature[::n], run.elongation[::n], n * run.step, run.duty[::n], run.told)
 
 
 def _recorded(scenario: Scenario, sensors: Sequence[str], show: Callable[[float], None]) -> DrivenRun:
@@ -93,11 +88,14 @@ def _recorded(scenario: Scenario, sensors: Sequence[str], show: Callable[[float]
     (controller, *_) = machine.controllers
     fed = {target for _, target in machine.wires}
     read = [name for name in SENSED if f"{controller}.{name}" in fed]
-    told = [name for name in DUTY if f"{controller}.{name}" in fed]
+    told = {name: f"{controller}.{name}" for name in DEMANDS if f"{controller}.{name}" in fed}
+    # What the controller is not told drives the machine all the same.
+    asked = {**{name: f"{DUTY}.{name}" for name in DEMANDS}, **told}
     refuse_unread(machine, sensors, read)
     quiet = replace(scenario.as_believed, sensors=replace(scenario.in_use, noise=0.0))
     system = quiet.system(quiet.files(store(None, sorted(quiet.kinds), remark)))
-    record = [*(f"{controller}.{name}" for name in (*read, *told)), *machine.roles.uncompensated.variables]
+    names = {**{name: f"{controller}.{name}" for name in read}, **asked}
+    record = [*names.values(), *machine.roles.uncompensated.variables]
     run = simulate(
         system,
         quiet.stop_time,
@@ -108,14 +106,14 @@ def _recorded(scenario: Scenario, sensors: Sequence[str], show: Callable[[float]
     )
     if run.reason is not None:
         raise InputError(f"{machine.name}: {run.reason}")
-    still = np.ones(run.times.size)
-    values = {**dict.fromkeys(SENSED, ROOM_TEMPERATURE), **DUTY}
-    held = {n: run[f"{controller}.{n}"] if n in (*read, *told) else v * still for n, v in values.items()}
+    still = np.full(run.times.size, ROOM_TEMPERATURE)
+    speed, torque, around = (name in told for name in DEMANDS)
     return DrivenRun(
-        np.column_stack([held[name] for name in SENSED]),
+        np.column_stack([run[names[name]] if name in read else still for name in SENSED]),
         machine.roles.uncompensated.value(run.__getitem__),
         quiet.step_size,
-        np.column_stack([held[name] for name in DUTY]),
+        np.column_stack([run[asked[name]] for name in DEMANDS]),
+        (speed, torque, around),
     )
 
 

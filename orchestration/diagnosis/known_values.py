@@ -23,6 +23,7 @@ from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess, fitted_part
 from warmlink.orchestration.diagnosis.fit.wandering import Responses
 from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
+from warmlink.orchestration.machine.rig import PLACE
 from warmlink.orchestration.progress import Progress, unseen
 
 _LOWER, _UPPER = 0.1, 10.0
@@ -81,9 +82,8 @@ def known_value_causes(experiment: Experiment, freed: Sequence[str]) -> tuple[Ca
         scalar = rig.variables[name]
         value = known.get(name, scalar.start)
         is_number = isinstance(scalar.variable, Parameter) and scalar.variable.type == "Real"
-        if name not in given or name in freed or not is_number or scalar.is_temperature or not value:
-            continue
-        if value > 0:
+        is_free = name in freed or f"{PLACE}:{name}" in freed
+        if name in given and is_number and not is_free and not scalar.is_temperature and (value or 0.0) > 0:
             causes.append(_cause(name, scalar.variable.unit))
     return tuple(causes)
 

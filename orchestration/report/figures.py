@@ -30,16 +30,17 @@ LOOKS = (
     LineLook("#00795a", "#3fc79a", "10 3 2 3"),
     LineLook("#a8457c", "#e79ac4", "14 4"),
     LineLook("#8a6100", "#e6b422", "14 3 2 3 2 3"),
+    LineLook("#8a5fb0", "#bd9be6", "5 2 5 2 2 2"),
 )
 """Looks of lines, told apart by colours and, by those who do not see them, by dashes."""
 
 LOOK_OF = {
     **{"none": 0, "uncompensated_error": 0},
-    **{"lag": 1, "observer": 2, "regression": 3, "observer_drift": 4, "analytic": 5},
+    **{"lag": 1, "observer": 2, "regression": 3, "observer_drift": 4, "analytic": 5, "linear_observer": 6},
 }
 """Which of the looks the line of a controller has, on every page."""
 
-COLOURS = (*(look.colour for look in LOOKS[1:]), LOOKS[0].colour, "#8a5fb0", "#2b8fa8")
+COLOURS = (*(look.colour for look in LOOKS[1:]), LOOKS[0].colour, "#2b8fa8")
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 """Dashes of lines that are no controllers', beside the colours."""
 

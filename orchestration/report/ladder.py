@@ -54,4 +54,5 @@ def _figure(diagnosis: Diagnosis) -> Any:
         text = ["" if error is None else f"{error:.3g}" for error in errors]
         figure.add_bar(x=errors, y=names, text=text, **bars, **at)
         figure.update_xaxes(title_text=f"error [{row.unit}]", rangemode="tozero", **at)
-    return styled(figure, down * (34 * len(rungs) + 110))
+    # The titles stand below plotly's buttons, which lay over the last one of the first row.
+    return styled(figure, down * (34 * len(rungs) + 110) + 30).update_layout(margin_t=60)

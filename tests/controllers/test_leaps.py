@@ -16,15 +16,18 @@ COUNT, STEP, GATE, STD = len(SENSED), 1.0, 4.0, 0.1
 NOISE = 2.0**0.5 * GATE * STD
 
 
-def heard(*readings: Any, std: float = STD, out: float = 0.0) -> list[float]:
-    """What the first thermometer has leapt after each reading in K; the others stay as they are."""
+def heard(*readings: Any, std: float = STD, out_from: int = 99) -> list[float]:
+    """What the first thermometer has leapt after each reading in K; the others stay as they are.
+
+    From a reading on, by its number, it is left out.
+    """
     p = SimpleNamespace(gate=GATE, sensor_std=np.full(COUNT, std))
     x, last, found = SimpleNamespace(**leaps.none(np.full(COUNT, 300.0))), np.full(COUNT, 300.0), []
-    for reading in readings:
+    for number, reading in enumerate(readings):
         now = np.full(COUNT, 300.0)
         now[0] = reading
         zero = np.zeros(COUNT)
-        left_out = np.append(out, zero[1:])
+        left_out = np.append(float(number >= out_from), zero[1:])
         x = SimpleNamespace(**leaps.later(x, now, Trust(last, zero, zero, zero, left_out), p, STEP))
         last = np.where(np.isfinite(now), now, last)
         found.append(float(x.leapt[0]))
@@ -54,4 +57,9 @@ def test_after_silence_heat_may_have_done_more() -> None:
 
 def test_one_that_is_not_there_or_left_out_does_not_count_but_may_return() -> None:
     assert heard(320.0, std=0.0) == [0.0]
-    assert heard(320.0, out=1.0) == [0.0]
+    assert heard(320.0, out_from=0) == [0.0]
+    assert heard(320.0, 300.05, out_from=1) == pytest.approx([20.0, 0.0])
+
+
+def test_one_that_leaps_again_when_it_is_left_out_may_return_from_there() -> None:
+    assert heard(320.0, 340.0, 300.05, out_from=1)[-1] == 0.0

@@ -88,7 +88,7 @@ def test_a_sample_is_exact_however_long(step: float) -> None:
     derived = COMPONENT.d.read(np.asarray(COMPONENT.settled(p), dtype=float))
     A = matrices()["A"]
     transition = linalg.expm(A * step)
-    np.testing.assert_allclose(derived.transition.reshape(MODES, MODES), transition, atol=1e-11)
+    np.testing.assert_allclose(derived.carried.reshape(MODES, MODES), transition, atol=1e-11)
     reach = np.linalg.solve(A, transition - np.eye(MODES))
     np.testing.assert_allclose(derived.reach.reshape(MODES, MODES), reach, atol=1e-9 * step)
 

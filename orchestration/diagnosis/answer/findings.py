@@ -213,7 +213,8 @@ class Findings:
             theta = np.array([v if f.added else f.start for f, v in null.values.items()])
             found = {UNCORRECTED: self.scores.predict(replace(null, theta=theta)), CALIBRATED: self.before}
         if self.assessment.best.items:
-            found[NEAREST if self._gated[0] in ("adequate", "unknown") else CAUSES] = self.after
+            explains = self.assessment.word != "unknown" and self._gated[0] not in ("adequate", "unknown")
+            found[CAUSES if explains else NEAREST] = self.after
         if (plain := self._plainly_calibrated) is not None:
             found[CALIBRATED] = self.scores.predict(plain)
         return found

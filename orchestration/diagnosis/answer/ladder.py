@@ -74,6 +74,11 @@ def _heading(diagnosis: Diagnosis, name: str) -> str:
     return f"{name} (thermometers)" if virtual else name
 
 
+def people_write(unit: str) -> str:
+    """A unit of a file as people write it."""
+    return "µm" if unit == "um" else unit
+
+
 def ladder_lines(diagnosis: Diagnosis) -> list[str]:
     """What is delivered and how well it predicts, in at most three sentences; none if nothing is held out."""
     rows = {row.channel: row for row in rows_of(diagnosis)}
@@ -85,15 +90,15 @@ def ladder_lines(diagnosis: Diagnosis) -> list[str]:
     if not diagnosis.delivers:
         lines = [
             f"Nothing is delivered: no model predicts the held-out rows better than the uncorrected one, "
-            f"which is off by {before:.3g} {row.unit} rms in {row.channel}."
+            f"which is off by {before:.3g} {people_write(row.unit)} rms in {row.channel}."
         ]
     elif name == UNCORRECTED:
-        lines = [f"On held-out rows {row.channel} is off by {after:.3g} {row.unit} rms."]
+        lines = [f"On held-out rows {row.channel} is off by {after:.3g} {people_write(row.unit)} rms."]
     elif name == PLAIN:
         lines = [_with_plain_fits(diagnosis, row, before, after)]
     else:
         fitted = f" ({len(diagnosis.adopted.fit.freed)} numbers)" if name == CALIBRATED else ""
-        change = f"{before:.3g} to {after:.3g} {row.unit} rms"
+        change = f"{before:.3g} to {after:.3g} {people_write(row.unit)} rms"
         lines = [
             f"To use from now on: the {_WORDS.get(name, name)}{fitted}; "
             f"held-out error of {row.channel} {change}."
@@ -110,7 +115,7 @@ def _with_plain_fits(diagnosis: Diagnosis, row: LadderRow, before: float, after:
     model = _WORDS.get(diagnosis.delivery.others.best_model, "uncorrected model")
     return (
         f"To use from now on: the {model}, and {fits} (outputs of the extended system's part predictor); "
-        f"held-out error of {row.channel} {before:.3g} to {after:.3g} {row.unit} rms."
+        f"held-out error of {row.channel} {before:.3g} to {after:.3g} {people_write(row.unit)} rms."
     )
 
 
@@ -148,7 +153,7 @@ def _better(diagnosis: Diagnosis, rows: dict[str, LadderRow]) -> list[str]:
         word = {"ARX": "an ARX model", "first-order lag": "a first-order lag"}.get(
             name, "the uncorrected model"
         )
-        pair = f"{row.errors[name]:.3g} against {row.errors[ours]:.3g} {row.unit}"
+        pair = f"{row.errors[name]:.3g} against {row.errors[ours]:.3g} {people_write(row.unit)}"
         more = len({each[2].channel for each in found}) - 1
         also = f", and {more} more channel{'s' * (more > 1)}" if more else ""
         remedy = "" if name == UNCORRECTED or diagnosis.ladder.judges_whole_runs else _HOLD_OUT
@@ -164,7 +169,7 @@ def _better(diagnosis: Diagnosis, rows: dict[str, LadderRow]) -> list[str]:
         if row.channel == growth and share < _MUCH:
             lines.append(
                 f"Where thermometers are read, a {name} on them tells {row.channel} "
-                f"to {row.errors[name]:.3g} {row.unit}"
+                f"to {row.errors[name]:.3g} {people_write(row.unit)}"
                 f"{' (VirtualMeasurement.fmu)' if diagnosis.delivery.virtual else ''}."
             )
     return lines

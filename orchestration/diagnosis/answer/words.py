@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.answer.entries import (
     sentence_of,
     wrong_entries,
 )
-from warmlink.orchestration.diagnosis.answer.ladder import ladder_lines
+from warmlink.orchestration.diagnosis.answer.ladder import ladder_lines, people_write
 from warmlink.orchestration.diagnosis.answer.profile import calibration, calibration_doubts, met_bounds
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
 from warmlink.orchestration.diagnosis.fit.candidates import Item
@@ -30,7 +30,7 @@ def summary(diagnosis: Diagnosis) -> str:
     lines.append(_verdict_line(diagnosis))
     name = max(diagnosis.wrong, key=lambda each: diagnosis.wrong[each].rmse / diagnosis.wrong[each].noise)
     wrong = wrong_entries(diagnosis, diagnosis.wrong)[name]
-    when, unit = f", worst {_during(wrong['when'][0])}" if wrong["when"] else "", _shown(wrong["unit"])
+    when, unit = f", worst {_during(wrong['when'][0])}" if wrong["when"] else "", people_write(wrong["unit"])
     lines.append(
         f"As it stands the simulation is off most in {name}: {wrong['rmse']:.3g} {unit} rms "
         f"against {wrong['noise']:.2g} {unit} of noise{_paused(diagnosis)}{when}."
@@ -131,18 +131,13 @@ def _cause_line(diagnosis: Diagnosis, item: Item) -> str:
 
 def _number(name: str, equals: str, of: Mapping[str, Any]) -> str:
     """A number with its unit and interval."""
-    value = f"{name} {equals} {of['value']:.4g} {_shown(of['unit'])}".removesuffix(" 1")
+    value = f"{name} {equals} {of['value']:.4g} {people_write(of['unit'])}".removesuffix(" 1")
     return f"{value} (95 %: {of['low95']:.4g} to {of['high95']:.4g})"
 
 
 def _during(phase: str) -> str:
     """A phase of a run, with the word that goes before it."""
     return phase if phase.startswith("after") else f"while {phase}"
-
-
-def _shown(unit: str) -> str:
-    """A unit of a file as people write it."""
-    return "µm" if unit == "um" else unit
 
 
 def _gain_lines(diagnosis: Diagnosis) -> list[str]:
@@ -178,7 +173,7 @@ def _in_units(diagnosis: Diagnosis) -> str:
     name = max(before, key=lambda each: before[each].rmse / before[each].noise)
     entries = (wrong_entries(diagnosis, each)[name] for each in (before, after))
     first, then = (f"{each['rmse']:.3g}" for each in entries)
-    unit = _shown(wrong_entries(diagnosis, before)[name]["unit"])
+    unit = people_write(wrong_entries(diagnosis, before)[name]["unit"])
     return f" ({name} from {first} to {then} {unit} rms)"
 
 

@@ -36,7 +36,8 @@ def outliers(times: Array, values: Array, driven: Rows | None = None) -> Rows:
     ----------
     times : s, rising, shape (n,)
     values : readings in any unit, shape (n,); NaN where there is none
-    driven : rows in which an input leaps; three spikes in a row that begin with one may be its doing
+    driven : rows in which an input leaps; three spikes in a row that begin with one may be its doing, and a
+        single one where the course before or after it leads on to it: a peak is where the heat stops
     """
     import pandas as pd
 
@@ -59,6 +60,10 @@ def outliers(times: Array, values: Array, driven: Rows | None = None) -> Rows:
     suspects = suspects[
         [away[i] > _MOVES * _moves_beside(at, filled, i, suspects) for i in suspects.tolist()]
     ]
+    if driven is not None:
+        near_leaps = np.isin(rows[suspects], [driven - 1, driven])
+        bends = [_leads_to(at, filled, i) <= limit / 2 for i in suspects.tolist()]
+        suspects = suspects[~(near_leaps & np.array(bends, dtype=bool))]
     # A course that really jumps stays away: a spike's neighbours do not.
     near_each = np.sum(np.abs(suspects[:, None] - suspects) <= 2, axis=1)
     lonely = set(suspects[near_each < _LONGEST].tolist())
@@ -90,6 +95,16 @@ def _moves_beside(at: Array, values: Array, row: int, suspects: Rows) -> float:
     near = np.diff(beside) == 1
     rate = float(np.max(np.abs(steps[near] / spans[near]), initial=0.0))
     return rate * float(np.max(np.diff(at[max(row - 1, 0) : row + 2])))
+
+
+def _leads_to(at: Array, values: Array, row: int) -> float:
+    """How far a reading is from the line through the three before it, or after it, whichever is nearer."""
+    off = [np.inf]
+    for beside in (slice(row - 3, row), slice(row + 1, row + 4)):
+        if beside.start >= 0 and beside.stop <= at.size:
+            level = np.polyfit(at[beside] - at[row], values[beside], 1)[1]
+            off.append(abs(values[row] - level))
+    return float(min(off))
 
 
 def _leaps_back(values: Array, first: int, last: int) -> bool:

@@ -95,7 +95,7 @@ def _without_faults(
     sheet: Sheet, time: Array, column: Column, values: Array, driven: Rows | None, pulses: Rows
 ) -> Iterator[str]:
     """Take readings that no temperature made for missing values, and say which; `pulses` may make leaps."""
-    unit = {"degC": "K", "degF": "degF"}.get(column.unit, column.unit)
+    unit = {"degC": " K", "1": ""}.get(column.unit, f" {column.unit}")
     missing = "taken for missing values, so look at its wiring"
     for rows in _runs_of(held := stuck(time, values)):
         shown = (values[rows[0]] - parse_unit(column.unit).offset) / parse_unit(column.unit).factor
@@ -112,12 +112,12 @@ def _without_faults(
             if rows.size:
                 by = leap(time, values, rows) / parse_unit(column.unit).factor
                 which = f"{sheet.name}: {_named(sheet, rows)}: {column.name}"
-                yield f"{which} {told} by up to {by:.3g} {unit}, {why}"
+                yield f"{which} {told} by up to {by:.3g}{unit}, {why}"
         values[every] = np.nan
     for row, height in shifted(time, values, driven):
         by = height / parse_unit(column.unit).factor
         yield (
-            f"{sheet.name}: {_named(sheet, np.array([row]))}: from here on {column.name} reads {abs(by):.3g} "
+            f"{sheet.name}: {_named(sheet, np.array([row]))}: from here on {column.name} reads {abs(by):.3g}"
             f"{unit} {'more' if by > 0 else 'less'}, at once, as no heat does: was a sensor or a connector "
             "moved? The readings stay as they are; give what comes before and after as two runs"
         )

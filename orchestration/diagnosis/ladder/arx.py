@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.ladder.least_squares import FEWEST, Fitted, Form, Linear, regressed
 from warmlink.orchestration.diagnosis.ladder.signals import Signals, interpolated
+from warmlink.orchestration.diagnosis.model.recursions import recursion
 
 _STEPS = (100, 300)
 """Steps of the longest run on which a model is fitted."""
@@ -107,14 +108,13 @@ def _one_step(
 
 def _free(grid: _Grid, start: Array, ahead: Array, driven: Array, constant: Array) -> Array:
     """Readings at the grid's times that begin at `start` and go on by themselves, NaN if they run away."""
-    order, count = len(ahead), len(grid.time)
-    added = grid.inputs @ driven.T + constant
-    whole = np.concatenate(list(ahead), axis=1)
-    result = np.tile(start, (count, 1))
+    count, n = len(grid.time), start.size
+    given = np.vstack([start, grid.inputs @ driven.T + constant])
+    by_last = np.zeros(((len(ahead) + 1) * n - 1, count * n))
+    for i, weights in enumerate(ahead):
+        given[1 : 1 + i] += weights @ start  # as if it had been so before
+        for (to, source), weight in np.ndenumerate(weights):
+            by_last[(i + 1) * n + to - source - 1, source : (count - 1 - i) * n : n] = weight
+    result = recursion(given.reshape(-1, 1), by_last).reshape(count, n)
     limit = 1e3 * (1.0 + np.abs(start).max())
-    for k in range(count - 1):
-        past = [result[max(k - i, 0)] for i in range(order)]  # as if it had been so before
-        result[k + 1] = whole @ np.concatenate(past) + added[k]
-        if not np.all(np.abs(result[k + 1]) < limit):
-            return np.full(result.shape, np.nan)
-    return result
+    return result if np.all(np.abs(result[1:]) < limit) else np.full(result.shape, np.nan)

@@ -19,6 +19,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.ladder.arx import arx
 from warmlink.orchestration.diagnosis.ladder.least_squares import FEWEST, Fitted, Form, Linear, regressed
 from warmlink.orchestration.diagnosis.ladder.signals import Signals
+from warmlink.orchestration.diagnosis.model.recursions import recursion
 
 Question = Literal["simulation", "virtual measurement"]
 """From inputs alone, or from inputs and the other thermometers."""
@@ -31,9 +32,6 @@ _TIME_CONSTANTS = 10
 
 _FINE = 20.0
 """Steps in a time constant of a lag, where it is used."""
-
-_EVEN = 1e-12
-"""Difference of what a lag keeps from row to row, up to which one filter serves them all."""
 
 _LATER = 0.7
 """Share of the fitted time of a run on which forms are fitted that are then judged on the rest."""
@@ -185,19 +183,8 @@ def _lag(constant: float, rich: bool, share: float) -> Form:
 
 def filtered(time: Array, columns: Array, constant: float) -> Array:
     """First-order lags of signals, from rest."""
-    from scipy.signal import lfilter
-
     keep = np.exp(-np.diff(time, prepend=0.0) / constant)
-    first = (1 - keep[:1, None]) * columns[:1]
-    if len(columns) > 1 and columns.size and np.ptp(keep[1:]) < _EVEN:
-        share = float(keep[-1])
-        later = lfilter([1 - share], [1, -share], columns[1:], axis=0, zi=share * first)[0]
-        return np.vstack([first, later])
-    state, result = np.zeros(columns.shape[1]), np.empty(columns.shape)
-    for i, (share, now) in enumerate(zip(keep.tolist(), columns, strict=True)):
-        state = share * state + (1 - share) * now
-        result[i] = state
-    return result
+    return recursion((1 - keep[:, None]) * columns, np.append(keep[1:], 0.0)[None])
 
 
 def _weights(

@@ -258,7 +258,7 @@ def verdict_after_holdout(
         )
     if word == "unknown" and best.in_noise < min(_HALVED * before.in_noise, _FAR):
         return "empirical", (
-            f"No cause is established, but with these the error on held-out rows falls {change}."
+            f"No cause is established, but with the nearest ones the error on held-out rows falls {change}."
         )
     return word, ""
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.model.integrator import Courses
+from warmlink.orchestration.diagnosis.model.recursions import recursion
 from warmlink.orchestration.diagnosis.model.simulation import SimulatedRun, Simulation, parts_before
 from warmlink.orchestration.machine.rig import Rig
 
@@ -233,9 +234,5 @@ def _followed(signal: Array, times: Array, lag: float, from_rest: bool = False) 
     decay = np.exp(-ratio)
     mean = -np.expm1(-ratio) / ratio
     forced = (1 - mean)[:, None] * signal[1:] + (mean - decay)[:, None] * signal[:-1]
-    from scipy.linalg.lapack import dtbtrs
-
-    # Each row is what is left of the one before and what is forced: a matrix of two diagonals.
-    given = np.vstack([np.zeros_like(signal[:1]) if from_rest else signal[:1], forced])
-    diagonals = np.stack([np.ones(times.size), np.append(-decay, 0.0)])
-    return np.asarray(dtbtrs(diagonals, given, uplo="L", diag="U")[0])
+    begun = 0.0 * signal[:1] if from_rest else signal[:1]
+    return recursion(np.vstack([begun, forced]), np.append(decay, 0.0)[None])

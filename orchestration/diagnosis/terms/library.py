@@ -15,6 +15,7 @@ import numpy as np
 
 from warmlink.fmus.heat_term.law import HeatLaw
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.terms.shape import ShapeNumber
 
 UNITS: Mapping[str, tuple[float, str]] = {
     "w": (1.0, "rad/s"),
@@ -30,73 +31,6 @@ MORE: Mapping[str, tuple[float, str]] = {"h": (3600.0, "s"), "s": (0.05, "rad/s"
 _EVERYWHERE = ("shaft", "winding", "base", "tip")
 _OWN = "own_temperature"
 """Stands in a form for the temperature of the place that the heat enters."""
-
-
-@dataclass(frozen=True)
-class ShapeNumber:
-    """A number of a form's shape, its unit, and the values of it that are tried.
-
-    `of` is the signal whose levels give the values of a threshold; without it they are `values` in SI. What
-    is `fitted` is fitted in the whole simulation; a switch is known to lie between two `levels` of the signal
-    and no better.
-    """
-
-    name: str
-    unit: str
-    of: str = ""
-    values: tuple[float, ...] = ()
-    fitted: bool = True
-    levels: tuple[float, ...] = ()
-
-    def between(self, value: float) -> tuple[float, float]:
-        """Levels of the fitted rows next to a value of a switch."""
-        below = [each for each in self.levels if each < value]
-        above = [each for each in self.levels if each >= value]
-        return max(below, default=value), min(above, default=value)
-
-    def bounds(self, value: float) -> tuple[float, float]:
-        """Bounds between which it is fitted, from a value that was tried."""
-        if self.unit == "K" and value > _ABSOLUTE:
-            return 200.0, 420.0
-        return 0.1 * value if self.unit == "s" else 0.0, 4 * value
-
-    def seen(self, signals: Mapping[str, Array]) -> ShapeNumber:
-        """The same with the levels that the signal of a switch has."""
-        if self.fitted or not self.of:
-            return self
-        return replace(self, levels=tuple(_levels(signals[self.of])))
-
-    def tried(self, signals: Mapping[str, Array]) -> tuple[float, ...]:
-        """Values to try, by the signals of the runs."""
-        if not self.of:
-            return self.values
-        signal = signals[self.of]
-        if self.fitted:
-            low, high = float(np.nanmin(signal)), float(np.nanmax(signal))
-            if self.unit != "K":
-                low = min(low, 0.0)
-            return tuple((low + _SHARES * (high - low)).tolist())
-        levels = np.array(_levels(signal))
-        return tuple(((levels[1:] + levels[:-1]) / 2).tolist())
-
-
-def _levels(signal: Array) -> list[float]:
-    """Levels of a signal, or quantiles where there are many."""
-    held = signal[np.isfinite(signal)]
-    levels = np.unique(np.round(held, 6))
-    if levels.size > _MOST_LEVELS:
-        levels = np.unique(np.quantile(held, np.linspace(0.1, 0.9, _MOST_LEVELS)))
-    return [float(each) for each in levels]
-
-
-_SHARES = np.linspace(0.08, 0.88, 9)
-"""Where between the least and the largest value of a signal a threshold is tried."""
-
-_ABSOLUTE = 100.0
-"""K from which a temperature is no difference."""
-
-_MOST_LEVELS = 16
-"""Levels of a signal between which a switch is tried, at most."""
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,13 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.terms.library import Candidate
 from warmlink.orchestration.diagnosis.terms.missing import Missing
+from warmlink.orchestration.diagnosis.terms.shape import ShapeNumber
 
 _MOST_STEPS, _SHORTEST = 8, 0.1
 """Gauss-Newton steps at most, and the share of a step below which it is given up."""
+
+_TIMES_FINER = 2
+"""Times that the levels between which a switch lies are made finer."""
 
 _SMALL = 0.1
 """Decrease of chi-square that is worth no further step."""
@@ -107,7 +111,34 @@ class LinearFit:
             best = ahead if gained > 0 else best
             if gained < _SMALL:
                 break
+        return best._switched()
+
+    def _switched(self) -> LinearFit:
+        """The same with switches between finer levels of signals that have many."""
+        best = self
+        switches = [
+            (i, j)
+            for i, each in enumerate(self.candidates)
+            for j, shape in enumerate(each.form.shapes)
+            if not shape.fitted
+        ]
+        for i, j in switches * _TIMES_FINER:
+            signals, each = self.missing.followed.on_fitted_rows, best.candidates[i]
+            known = each.form.shapes[j]
+            shape = known.finer(each.shape[j], signals)
+            if set(shape.levels) <= set(known.levels):
+                continue
+            tried = [best._with_switch(i, j, shape, value) for value in shape.middles]
+            best = min(tried, key=lambda fit: fit.chi2)
         return best
+
+    def _with_switch(self, i: int, j: int, shape: ShapeNumber, value: float) -> LinearFit:
+        """The same with another value of a switch, which is known by the levels of its shape."""
+        each, some = self.candidates[i], list(self.candidates)
+        shapes = (*each.form.shapes[:j], shape, *each.form.shapes[j + 1 :])
+        values = (*each.shape[:j], value, *each.shape[j + 1 :])
+        some[i] = replace(each, form=replace(each.form, shapes=shapes), shape=values)
+        return replace(self, candidates=tuple(some))
 
     def _step(self) -> Array:
         """Gauss-Newton step of the shapes' numbers, shape (numbers,)."""

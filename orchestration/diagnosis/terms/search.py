@@ -189,8 +189,9 @@ class TermSearch:
             return
         off = 0.0 if first is None else first.score - self._linear_score(ranked[0])
         near = [each for each in self._near(ranked, _OFF * abs(off))[:most] if each is not ranked[0]]
-        slack = bar - off + _SLACK + _OFF * abs(off)
-        near = [each for each in near if self._linear_score(each) < slack + _SWITCHED * each.switches]
+        # Others gain as much again by the simulation, and not all alike.
+        highest = bar + _SLACK + 2 * max(-off, 0.0)
+        near = [each for each in near if self._linear_score(each) < highest + _SWITCHED * each.switches]
         for k, each in enumerate(near, start=1):
             self._progress(f"terms: {' + '.join(c.form.about for c in each.candidates)}", k / (len(near) + 1))
             self._simulated(each, first)

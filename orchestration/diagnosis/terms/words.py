@@ -87,7 +87,8 @@ class Equation:
             told.append(f"These data cannot tell {count + bool(found.causes)} explanations apart:")
             told += [f"  {equation_of(each.model)}" for each in found.members[:MOST_ALIKE]]
             told += [f"  and {count - MOST_ALIKE} more equations"] if count > MOST_ALIKE else []
-            told += [f"  or the causes {' and '.join(found.causes)}"] if found.causes else []
+            named = "cause" if len(found.causes) == 1 else "causes"
+            told += [f"  or the {named} {' and '.join(found.causes)}"] if found.causes else []
         else:
             sought = "earns its place" if found.thought_of else "was looked for"
             told.append(f"No equation {sought}: {found.because}.")
@@ -186,6 +187,7 @@ def summary_with(diagnosis: Diagnosis, equation: Equation | None) -> str:
         own = [*lines[1:2], *own, *lines[2:]] if as_well else [*lines[1:], *own]
         return "\n".join([f"{lines[0]}{as_well}", *_with_next_last(own)])
     found = "an equation explains it" if equation.discovery.finding == "equation" else "equations explain it"
+    found += " as well" if equation.discovery.causes else ""
     beside = [each for each in lines[1:] if each.startswith(_BESIDE)]
     by_causes = next((each for each in lines[1:] if not each.startswith(_BESIDE)), "")
     names = f" ({' and '.join(each.title for each in diagnosis.causes)})" if diagnosis.causes else ""

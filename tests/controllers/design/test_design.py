@@ -38,7 +38,7 @@ from warmlink.fmus.plant import demand
 from warmlink.fmus.plant import plant as motor_and_link
 
 SHIPPED: Mapping[str, Values] = {
-    law: shipped_design(law) for law in ("observer", "observer_drift", "regression")
+    law: shipped_design(law) for law in ("observer", "observer_drift", "regression", "linear_observer")
 }
 
 

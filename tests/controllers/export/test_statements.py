@@ -17,7 +17,16 @@ from warmlink.controllers.export.program.in_place import may_overwrite
 from warmlink.controllers.export.program.noted import Noted
 from warmlink.controllers.export.program.places import place_of
 from warmlink.controllers.export.program.ranges import is_binary
-from warmlink.controllers.export.program.statements import For, Operation, Read, Set, Slot, Statement
+from warmlink.controllers.export.program.statements import (
+    For,
+    KnownNumber,
+    Operation,
+    Read,
+    Set,
+    Slot,
+    Statement,
+)
+from warmlink.controllers.export.program.tidy import tidied
 from warmlink.controllers.export.program.tracing import leaf
 from warmlink.controllers.own import Law, component_of
 from warmlink.fmus.calls import vectorised_pair
@@ -189,3 +198,18 @@ def test_both_of_two_vectorised_pair_are_in_one_loop() -> None:
     text = export_files(Core(component_of(Paired), "paired", "double"))["paired.c"]
     assert "for (side = 0; side < 2; side++)" in text
     assert "mean[2 * i + side]" in text or "both[2 * i + side]" in text
+
+
+def test_neighbouring_loops_become_one_only_where_no_number_changes() -> None:
+    a, b, c = (Slot(name, (4,)) for name in "abc")
+    first, second = _loop(Set(Read(b, HERE), Read(a, HERE))), _loop(Set(Read(c, HERE), Read(b, HERE)))
+    assert tidied([first, second]) == [For("i", 4, [*first.body, *second.body])]
+    # Past a known number that neither loop touches, which stays before them.
+    known = Set(Read(Slot("n", ())), KnownNumber(1.0))
+    assert tidied([first, known, second]) == [known, For("i", 4, [*first.body, *second.body])]
+    # Another count, a reading of another turn's element, and a number between that the first loop reads.
+    shorter = For("i", 3, second.body)
+    turned = _loop(Set(Read(c, HERE), Read(b, OTHER)))
+    between = Set(Read(a, OTHER), KnownNumber(0.0))
+    for apart in ([first, shorter], [first, turned], [first, between, second]):
+        assert tidied(apart) == apart

@@ -103,3 +103,27 @@ def test_what_else_is_known_is_taken_or_refused(
     err = capsys.readouterr().err
     assert said in err
     assert bool(err) == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--time-limit", "2 min"), "--time-limit: applies only to a calibration; add --calibrate-only"),
+        (("--time-limit", "0 s", "--calibrate-only"), "--time-limit: "),
+        (("--time-limit", "2 K", "--calibrate-only"), "--time-limit: "),
+    ],
+)
+def test_a_time_limit_is_one_of_a_calibration(
+    logged: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    options: tuple[str, ...],
+    said: str,
+) -> None:
+    monkeypatch.setattr("sys.argv", ["warmlink", "diagnose", "log.csv", *options])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    told = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert said in told
+    assert "Traceback" not in told

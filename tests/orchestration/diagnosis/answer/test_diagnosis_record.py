@@ -39,6 +39,13 @@ def test_held_out_error_falls_to_the_noise(named: Diagnosis) -> None:
     assert compensated["observer"]["after"] < compensated["observer"]["before"]
 
 
+def test_sentences_have_one_way_to_write_micrometres(named: Diagnosis) -> None:
+    told = summary(named)
+    assert "held-out error of elongation" in told
+    assert " µm rms" in told
+    assert " um" not in told
+
+
 def test_the_json_has_the_agreed_form(named: Diagnosis) -> None:
     found = json_content(named, "extended.ssv")
     assert not undescribed("diagnosis.json", found)

@@ -8,7 +8,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis import diagnose
-from warmlink.orchestration.diagnosis.answer import findings as answer
+from warmlink.orchestration.diagnosis.answer import findings
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.doubtful import doubts, unchanging_inputs
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
@@ -150,6 +150,6 @@ def test_no_cause_is_empirical_while_a_column_looks_like_something_else(
 ) -> None:
     found = object.__new__(Diagnosis)
     found.__dict__.update(assessment=None, _gated=("empirical", "it predicts better"))
-    monkeypatch.setattr(answer, "doubts_of", lambda assessment: ("base and tip look swapped",))
+    monkeypatch.setattr(findings, "doubts_of", lambda assessment: ("base and tip look swapped",))
     assert found.verdict_and_reason[0] == "unknown"
     assert "a column looks like something else" in found.verdict_and_reason[1]

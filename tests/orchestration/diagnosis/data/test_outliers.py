@@ -66,3 +66,16 @@ def test_spikes_of_a_strangers_log_are_the_rows_that_were_spoilt() -> None:
     time, wind, body = (log[name].to_numpy() for name in ("time [s]", "wind [degC]", "body [degC]"))
     assert outliers(time, body).tolist() == [300, 301, 302, 500]
     assert outliers(time, wind).tolist() == []
+
+
+def test_a_peak_where_what_drives_a_machine_stops_is_no_spike() -> None:
+    """Heat rises until a motor stops, and falls from that row on: one reading is the highest by far."""
+    time = np.arange(0.0, 7200.0, 60.0)
+    noise = np.random.default_rng(1).normal(0.0, 0.05, time.size)
+    peaked = 5.0 - 0.006 * np.abs(time - 2700.0) + noise
+    assert outliers(time, peaked).tolist() == [45]
+    for first in (45, 46):  # the row that has the new input, or it stopped just after the row before
+        assert outliers(time, peaked, driven=np.array([first])).size == 0
+    for height in (2.0, -2.0):
+        spiked = peaked + np.where(np.arange(time.size) == 45, height, 0.0)
+        assert outliers(time, spiked, driven=np.array([45])).tolist() == [45]

@@ -20,7 +20,7 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import fitted_part
-from warmlink.orchestration.diagnosis.ladder.delivered import CALIBRATED, CAUSES, NEAREST
+from warmlink.orchestration.diagnosis.ladder.judged import CALIBRATED, CAUSES, NEAREST
 from warmlink.orchestration.diagnosis.ladder.plain import plainly_calibrated
 
 FITTED = [Demand(9000, 3.4, 2.5), Demand(3600)]

@@ -171,7 +171,7 @@ def test_what_explains_a_run_as_well_as_its_cause_is_said_with_the_verdict(
     assert title.endswith("named; equations explain it as well")
     assert cause == "Found: a cause."
     assert apart == "These data cannot tell 2 explanations apart:"
-    assert "  or the causes housing_heat_loss" in rest
+    assert "  or the cause housing_heat_loss" in rest
     assert [each for each in rest if each.startswith("Next: ")] == rest[-1:]
 
 

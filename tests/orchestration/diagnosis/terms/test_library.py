@@ -17,10 +17,10 @@ from warmlink.orchestration.diagnosis.terms.library import (
     UNITS,
     Candidate,
     Form,
-    ShapeNumber,
     candidates,
 )
 from warmlink.orchestration.diagnosis.terms.missing import _onto
+from warmlink.orchestration.diagnosis.terms.shape import ShapeNumber
 
 SIGNALS = {
     "speed": np.array([0.0, 1.0, 1.0, 4.0]),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.terms.library import FORMS, Candidate
+from warmlink.orchestration.diagnosis.terms.library import FORMS, Candidate, candidates
 from warmlink.orchestration.diagnosis.terms.linear import LinearFit, without_idle_numbers
 
 SPEED = np.tile(np.linspace(0.0, 4.0, 41), 3)
@@ -43,6 +44,27 @@ def test_the_number_of_a_shape_is_fitted_with_the_strength() -> None:
     assert found.candidates[0].shape[0] == pytest.approx(1.37, abs=0.01)
     assert found.strengths == pytest.approx([2.0], rel=0.01)
     assert found.chi2 < 1e-3 * begun.chi2
+
+
+def test_a_switch_near_the_end_of_a_signal_of_many_levels_is_found() -> None:
+    """Levels ended at nine tenths of the signal, so that heat that pauses seldom had no equation."""
+    room = 295.0 + np.sin(np.linspace(0.0, 40.0, 3000))
+    signals = {"ambient_temperature": room}
+
+    def columns(some: tuple[Candidate, ...]) -> Array:
+        return np.column_stack([(room < each.shape[0]).astype(float) for each in some])
+
+    answers: Any = SimpleNamespace(
+        residual=3.0 * (room < 295.985), columns=columns, followed=SimpleNamespace(on_fitted_rows=signals)
+    )
+    every = [each for each in candidates(signals, ("base",)) if "cold surroundings" in each.form.about]
+    begun = min((LinearFit(answers, (each,)) for each in every), key=lambda fit: fit.chi2)
+    found = begun.polished()
+    (switch,) = found.candidates[0].form.shapes
+    low, high = switch.between(found.candidates[0].shape[0])
+    assert low <= 295.985 <= high
+    assert high - low < 0.01
+    assert found.chi2 < 0.1 * begun.chi2
 
 
 def test_it_stays_within_the_bounds_around_where_it_began() -> None:

@@ -49,6 +49,12 @@ def test_a_poor_linear_score_does_not_hide_a_term_that_explains_the_run() -> Non
     assert [each.score for each in found.run(bar=2402.0)] == [2392.0, 2397.0]
 
 
+def test_what_gains_more_by_the_simulation_than_the_best_is_fitted_too() -> None:
+    """Speed to the power 1.5 was given up for a dead zone that gained less, and a wrong cause named."""
+    found = Scored({"dead zone": 3312.5, "power": 3318.3}, {"dead zone": 3202.3, "power": 3151.0})
+    assert next(each.score for each in found.run(bar=3156.5)) == 3151.0
+
+
 @pytest.mark.parametrize(("bar", "fitted"), [(100.0, []), (2000.0, ["first"]), (2390.0, ["first", "second"])])
 def test_what_cannot_be_below_the_bar_is_not_simulated(bar: float, fitted: list[str]) -> None:
     found = Scored({"first": 2400.0, "second": 2401.0}, {"first": 2395.0, "second": 2396.0})
