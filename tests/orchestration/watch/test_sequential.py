@@ -56,7 +56,7 @@ def test_a_short_sound_part_and_a_smaller_rate_ask_for_more_evidence() -> None:
     long, short = (worked_out(noise(n, 1), np.ones((n, THINGS)), 1 / 30, DAY) for n in (3000, 200))
     assert (short.threshold * short.sizes).min() > (long.threshold * long.sizes).max()
     assert "only 10 blocks" in short.told()
-    assert short.memories == (10,)
+    assert short.memories == (10, 60), "an hour needs three of sound log"
     rare = worked_out(noise(3000, 1), np.ones((3000, THINGS)), 1 / 3000, DAY)
     assert (rare.threshold * rare.sizes).mean() > (long.threshold * long.sizes).mean()
     assert rare.extrapolated
