@@ -30,7 +30,10 @@ _LOWER, _UPPER = 0.1, 10.0
 """Factors on a known value between which it is sought."""
 
 _MOST = 3
-"""Values that are fitted, and told."""
+"""Values that are fitted."""
+
+_HELPS = 0.5
+"""Share of what is wrong, as chi-square beyond the noise, that a value leaves at most if it is told."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,8 @@ def asked(experiment: Experiment, found: Assessment, progress: Progress = unseen
     if not causes or experiment.only_calibrated:
         return Questioned(experiment, found)
     fits, fitter = _freed_alone(experiment, found, causes)
-    told = tuple(_sentence(fitter, found, fit) for fit in fits)
+    wrong = _HELPS * (found.search.null.chi2 - fitter.count)
+    told = tuple(_sentence(fitter, found, fit) for fit in fits if fit.chi2 - fitter.count < wrong)
     bar = found.best.chi2 + found.search.penalty(found.best.items) + (NEAR if blamed else 0.0)
     near = {item.cause for fit in fits if fit.chi2 < bar for item in fit.items if item.cause in causes}
     if not near:
