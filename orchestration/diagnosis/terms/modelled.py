@@ -63,6 +63,18 @@ class Chosen:
         """Forms and places, whatever the numbers."""
         return frozenset(each.key for each in self.candidates)
 
+    def without_each(self) -> list[Chosen]:
+        """The others without each of the candidates."""
+        kept = [[i for i in range(len(self.candidates)) if i != k] for k in range(len(self.candidates))]
+        return [
+            Chosen(
+                tuple(self.candidates[i] for i in some),
+                tuple(self.strengths[i] for i in some),
+                tuple(self.largest[i] for i in some),
+            )
+            for some in kept
+        ]
+
     def terms(self, rig: Rig) -> dict[str, PlacedTerm]:
         """Terms by the name of their instance."""
         variables = named(rig)

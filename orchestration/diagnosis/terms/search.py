@@ -9,6 +9,7 @@ Modeling by shortest data description, Automatica 14 (1978) 465).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -146,7 +147,19 @@ class TermSearch:
             if self.explaining:
                 break
             sets = sets[:_GROWN_FROM]
+        self._leave_out()
         return self.explaining
+
+    def _leave_out(self) -> None:
+        """Fit the best models that leave noise without each of their terms too.
+
+        By the simulation, one may be idle without which the linear answers explained the run poorly.
+        """
+        best = [each for each in self.tried if each.chance >= UNEXPLAINED][:_GROWN_FROM]
+        for chosen in [fewer for each in best for fewer in each.model.refitted().without_each()]:
+            if chosen.candidates and chosen.key not in self._kept:
+                with suppress(NotSimulatedError):
+                    self._keep(fitted(self.assessment, chosen))
 
     def _linear_score(self, fit: LinearFit) -> float:
         return fit.chi2 + self.price(fit.numbers, len(fit.candidates))
