@@ -30,7 +30,11 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def cluster() -> Any:
     # A worker that is not back after 15 s is given up otherwise, which a busy machine may need.
-    patient = {"distributed.deploy.lost-worker-timeout": "10 minutes"}
+    patient = {
+        "distributed.deploy.lost-worker-timeout": "10 minutes",
+        # Deaths that the scheduler takes before it blames a task: three by default, each a worker's start.
+        "distributed.scheduler.allowed-failures": 1,
+    }
     with (
         dask.config.set(patient),
         distributed.LocalCluster(

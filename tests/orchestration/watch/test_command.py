@@ -113,7 +113,7 @@ def test_a_watch_that_is_killed_again_and_again_tells_the_same(
     whole: tuple[Path, str], log: Path, tmp_path: Path
 ) -> None:
     command = [sys.executable, "-m", "warmlink", "watch", log, *ASKED, "--out", tmp_path, "--speed", "4000"]
-    for after, has_begun in ((1.5, False), (1.0, True), (2.5, True), (2.8, True)):
+    for after, has_begun in ((0.5, False), (0.5, True), (2.5, True)):
         running = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         while has_begun and not (tmp_path / "watch.state").is_file() and running.poll() is None:
             time.sleep(0.1)
@@ -131,7 +131,7 @@ def test_ctrl_c_ends_it_with_what_was_seen(log: Path, tmp_path: Path) -> None:
     running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while not (tmp_path / PAGE).is_file() and running.poll() is None:
         time.sleep(0.1)
-    time.sleep(1.0)
+    time.sleep(0.3)
     running.send_signal(signal.SIGINT)
     out, err = running.communicate(timeout=30)
     assert running.returncode == 0
