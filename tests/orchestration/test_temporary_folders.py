@@ -78,9 +78,13 @@ def test_a_compiler_keeps_its_own_files_in_the_folder_that_goes(tmp_path: Path) 
     assert not made.exists()
 
 
+NAMES = ("Heater", "MotorHeatSource", "TemperatureSensors", "ThermalLink")
+"""Enough for a build to be killed between the first and the last."""
+
+
 def test_a_killed_build_leaves_nothing_that_the_next_does_not_remove(tmp_path: Path) -> None:
     (tmp_path / "temporary").mkdir()
-    command = [sys.executable, "-m", "warmlink.orchestration.cli", "build", "--fmus", "python"]
+    command = [sys.executable, "-m", "warmlink.orchestration.cli", "build", *NAMES, "--fmus", "python"]
     where = {**os.environ, "TMPDIR": str(tmp_path / "temporary")}
     process = subprocess.Popen(command, cwd=tmp_path, env=where, stdout=subprocess.PIPE)
     give_up = time.monotonic() + 60

@@ -39,8 +39,14 @@ def core_of(law: str, precision: Precision) -> Core:
     return Core(controllers()[law], law, precision)
 
 
+@cache
+def files_of(core: Core) -> dict[str, str]:
+    """What an export writes, once for the tests that read or run it."""
+    return export_files(core)
+
+
 def written(core: Core, folder: Path) -> Path:
-    for name, text in export_files(core).items():
+    for name, text in files_of(core).items():
         (folder / name).write_text(text, encoding="utf-8")
     return folder
 

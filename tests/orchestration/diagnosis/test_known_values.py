@@ -1,15 +1,17 @@
 """Before an instrument is blamed, the values that a person gave are asked whether they are wrong."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import warmlink as wl
+from warmlink.orchestration.diagnosis import diagnose
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_experiment
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
-from warmlink.orchestration.diagnosis.fit.verdict import assess
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
 from warmlink.orchestration.diagnosis.known_values import known_value_causes
 
 CONTACT = "(winding_temperature - base_temperature) / r"
@@ -30,11 +32,19 @@ def experiment(folder: Path, given: str, effects: dict[str, float] | None = None
 
 
 @pytest.mark.slow
-def test_a_wrong_contact_resistance_is_named_before_a_thermometer(tmp_path: Path) -> None:
+def test_a_wrong_contact_resistance_is_named_before_a_thermometer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """An offset of the base's thermometer and two further causes made up for 2 % of a resistance."""
-    asked = experiment(tmp_path, "5.1 K/W")
-    assert any(name.startswith("sensor_") for name in assess(asked).best.key)
-    found = diagnose_experiment(asked)
+    before: list[Assessment] = []
+
+    def recorded(*given: Any) -> Assessment:
+        before.append(assess(*given))
+        return before[-1]
+
+    monkeypatch.setattr(diagnose, "assess", recorded)
+    found = diagnose_experiment(experiment(tmp_path, "5.1 K/W"))
+    assert any(name.startswith("sensor_") for name in before[0].best.key)
     assert found.verdict == "named"
     assert [item.title for item in found.causes] == ["known_value:mount.r"]
     (value,) = json_content(found)["causes"][0]["parameters"].values()

@@ -142,6 +142,7 @@ def test_the_chain_is_run_and_scored(warmlink: Warmlink) -> None:
 
 @pytest.mark.slow
 def test_the_chain_is_compared(warmlink: Warmlink) -> None:
+    Path("chain.toml").write_text(ROLES.replace("30 min", "5 min"))
     options = ("--controllers", "lag", "--mismatch", "nominal,thermal_high", "--jobs", "1", "--no-report")
     assert warmlink("compare", "--duty-cycles", "chain.toml", *options, "--out", "o") == 0
     with Path("o/compare.csv").open(encoding="utf-8") as stream:

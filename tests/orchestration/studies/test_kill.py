@@ -31,7 +31,7 @@ STUDIES = {
 }
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def _longer(folder: Path) -> None:
     text = (folder / "study.toml").read_text()
     (folder / "study.toml").write_text(text.replace("points = 3", "points = 4"))
@@ -87,6 +87,7 @@ def finished(folder: Path, text: str, out: str) -> str:
     return done.stdout.partition(out)[0]
 
 
+@pytest.mark.usefixtures("_longer")
 @pytest.mark.parametrize("name", STUDIES)
 def test_a_study_killed_at_random_goes_on_to_the_same_table(folder: Path, name: str) -> None:
     text, table = STUDIES[name]
@@ -141,7 +142,7 @@ def test_ctrl_c_ends_in_order_and_keeps_what_is_finished(folder: Path, name: str
     assert finished_runs(folder / "part") >= 3
 
 
-@pytest.mark.parametrize("name", STUDIES)
+@pytest.mark.parametrize("name", ["sweep", "compare"])
 def test_ctrl_c_pressed_twice_ends_at_once(folder: Path, name: str) -> None:
     text, _ = STUDIES[name]
     with begun(folder, f"{text} --exact", "part") as process:

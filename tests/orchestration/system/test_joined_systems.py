@@ -15,6 +15,7 @@ from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
 from warmlink.fmus.plant import demand, plant
 from warmlink.orchestration.arm.program import Program, arm
 from warmlink.orchestration.catalogue import controller, shipped
+from warmlink.orchestration.check.cases import CASES
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
@@ -76,7 +77,9 @@ def test_the_co_simulated_cell_differs_by_its_coupling_error(run: dict[str, np.n
 @pytest.mark.slow
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_the_joined_cell_is_sound(cells: dict[FmiVersion, Path], version: FmiVersion) -> None:
-    found = check_fmu(cells[version])
+    # A million steps take some seconds, and both versions' steps are the same C.
+    cases = [name for name in CASES if version == "3.0" or name != "memory growth"]
+    found = check_fmu(cells[version], cases=cases)
     assert not [each for each in found if each.verdict == "fail"]
 
 
