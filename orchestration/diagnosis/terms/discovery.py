@@ -10,6 +10,7 @@ import numpy as np
 
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
 from warmlink.orchestration.diagnosis.ladder.prediction import HeldOut, Scores
@@ -112,7 +113,7 @@ def discover(
     if not missing.places:
         return Discovery("none", because=f"{experiment.rig.name} has no motor and no link that takes heat")
     search = TermSearch(assessment, missing, progress)
-    by_causes = _catalogue_score(search, verdict)
+    by_causes, causes = _catalogue_score(search, verdict)
     explaining = search.run(by_causes + NEAR)
     found = Discovery(
         "none",
@@ -121,7 +122,6 @@ def discover(
         thought_of=search.forms,
         bare_score=search.bare_score,
     )
-    causes = tuple(sorted(assessment.best.key))
     margin = by_causes - min((each.score for each in explaining), default=np.inf)
     if margin < -NEAR and np.isfinite(by_causes):
         because = f"the catalogue explains the run, by {_named(causes)}"
@@ -195,10 +195,16 @@ def _disguise(tried: FittedTerms) -> str:
     return candidates[0].cause if len(candidates) == 1 else ""
 
 
-def _catalogue_score(search: TermSearch, verdict: Word) -> float:
-    """Score of the causes that were found, with their description; infinity if they explain nothing."""
+def _catalogue_score(search: TermSearch, verdict: Word) -> tuple[float, tuple[str, ...]]:
+    """Best score of causes that were found, with their description, and they; infinity if none explains."""
+    assessment = search.assessment
     if verdict not in ("named", "ambiguous"):
-        return np.inf
-    best = search.assessment.best
-    named = 2 * float(np.log(max(len(search.assessment.search.items), 2))) * len(best.items)
-    return best.chi2 + named + search.of_number * sum(len(item.freed) for item in best.items)
+        return np.inf, tuple(sorted(assessment.best.key))
+    of_cause = 2 * float(np.log(max(len(assessment.search.items), 2)))
+
+    def score(fit: Fit) -> float:
+        numbers = sum(len(item.freed) for item in fit.items)
+        return fit.chi2 + of_cause * len(fit.items) + search.of_number * numbers
+
+    best = min((assessment.best, *assessment.rivals), key=score)
+    return score(best), tuple(sorted(best.key))

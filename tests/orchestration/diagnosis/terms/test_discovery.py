@@ -253,11 +253,16 @@ def test_a_loop_of_unknown_fmus_is_told_so(found: Equation) -> None:
 
 def test_causes_are_scored_by_what_they_leave_not_by_what_they_gain() -> None:
     """The uncorrected model's chi-square is another one in every search, and 1 % of it may be a thousand."""
-    best = SimpleNamespace(chi2=2430.0, items=[SimpleNamespace(freed=("a", "b"))])
-    assessment = SimpleNamespace(best=best, search=SimpleNamespace(items=range(50)))
+    best = SimpleNamespace(chi2=2430.0, items=[SimpleNamespace(freed=("a", "b"))], key={"one"})
+    rival = SimpleNamespace(chi2=2431.0, items=[SimpleNamespace(freed=("a",))], key={"other"})
+    assessment = SimpleNamespace(best=best, rivals=(), search=SimpleNamespace(items=range(50)))
     search: Any = SimpleNamespace(assessment=assessment, of_number=8.0, bare_score=121661.0)
-    assert _catalogue_score(search, "named") == pytest.approx(2430.0 + 2 * np.log(50) + 16.0)
-    assert _catalogue_score(search, "empirical") == np.inf
+    named = 2430.0 + 2 * np.log(50) + 16.0
+    assert _catalogue_score(search, "named") == (pytest.approx(named), ("one",))
+    assert _catalogue_score(search, "empirical")[0] == np.inf
+    # Of friction at large and Coulomb friction alone, the latter was there, and forms in disguise were said.
+    assessment.rivals = (rival,)
+    assert _catalogue_score(search, "ambiguous") == (pytest.approx(named - 7.0), ("other",))
 
 
 def test_what_readings_answer_is_what_a_small_heat_does(found: Equation) -> None:
