@@ -25,7 +25,7 @@ from warmlink.orchestration.watch.sources.rows import Cells
 from warmlink.orchestration.watch.state import saved
 from warmlink.orchestration.watch.watching import ALARMS, JOURNAL, STATE, Watching, WatchOptions
 
-KILLS = 25
+KILLS = 50
 
 
 class KilledError(Exception):
@@ -85,7 +85,7 @@ def events_in(folder: Path) -> list[Any]:
 
 
 @pytest.mark.slow
-def test_kills_at_many_moments_change_nothing(
+def test_fifty_kills_change_nothing(
     sound_cell: tuple[WatchedCell, np.ndarray], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cell, rows = sound_cell
