@@ -142,8 +142,10 @@ def discover(
     )
     if not passed:
         return replace(found, because=why[:1].lower() + why[1:].removesuffix("."))
-    if margin < NEAR:  # a cause explains it as well, so that its own form is no other explanation
-        passed = [(each, said) for each, said in passed if _disguise(each) not in causes]
+    if as_well := _causes_as_well([each for each, _ in passed], assessment, verdict, margin, causes):
+        # Their own forms are no other explanations.
+        own = {*as_well, *causes}
+        causes, passed = as_well, [(each, said) for each, said in passed if _disguise(each) not in own]
         if not passed:
             because = f"the missing heat is {_named(causes)} of the catalogue"
             return replace(found, finding="catalogue", because=because)
@@ -187,6 +189,21 @@ def _named(causes: Iterable[str]) -> str:
     """Names of causes, each with those that no data tell from it."""
     every = ((name, [each.name for each in catalogue() if each.twin_of == name]) for name in causes)
     return " and ".join(" or ".join([name, *twins]) for name, twins in every)
+
+
+def _causes_as_well(
+    members: Sequence[FittedTerms],
+    assessment: Assessment,
+    verdict: Word,
+    margin: float,
+    causes: tuple[str, ...],
+) -> tuple[str, ...]:
+    """Causes that explain the run as well as equations: by their score, or one of these is one of those."""
+    if margin < NEAR:
+        return causes
+    found = {name for fit in (assessment.best, *assessment.rivals) for name in fit.key}
+    alike = {_disguise(each) for each in members} & found
+    return tuple(sorted(alike)) if verdict in ("named", "ambiguous") else ()
 
 
 def _disguise(tried: FittedTerms) -> str:

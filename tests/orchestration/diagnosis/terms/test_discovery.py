@@ -20,7 +20,7 @@ from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
 from warmlink.orchestration.diagnosis.practice.hidden_terms import hidden_term
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.diagnosis.terms import library, search
-from warmlink.orchestration.diagnosis.terms.discovery import _catalogue_score, discover
+from warmlink.orchestration.diagnosis.terms.discovery import _catalogue_score, _causes_as_well, discover
 from warmlink.orchestration.diagnosis.terms.missing import Missing
 from warmlink.orchestration.diagnosis.terms.words import (
     Equation,
@@ -263,6 +263,23 @@ def test_causes_are_scored_by_what_they_leave_not_by_what_they_gain() -> None:
     # Of friction at large and Coulomb friction alone, the latter was there, and forms in disguise were said.
     assessment.rivals = (rival,)
     assert _catalogue_score(search, "ambiguous") == (pytest.approx(named - 7.0), ("other",))
+
+
+def test_a_cause_by_another_name_explains_a_run_as_well_as_its_equation() -> None:
+    """Heat in proportion to speed is Coulomb friction, though another fit of it was better by chance."""
+
+    def fitted(cause: str) -> Any:
+        candidates = (SimpleNamespace(cause=cause),)
+        return SimpleNamespace(model=SimpleNamespace(chosen=SimpleNamespace(candidates=candidates)))
+
+    assessment: Any = SimpleNamespace(
+        best=SimpleNamespace(key={"friction_level"}), rivals=[SimpleNamespace(key={"coulomb_friction"})]
+    )
+    members, best = [fitted("coulomb_friction"), fitted("")], ("friction_level",)
+    assert _causes_as_well(members, assessment, "ambiguous", 16.3, best) == ("coulomb_friction",)
+    assert _causes_as_well(members[1:], assessment, "ambiguous", 16.3, best) == ()
+    assert _causes_as_well(members, assessment, "unknown", 16.3, best) == ()
+    assert _causes_as_well(members[1:], assessment, "ambiguous", 3.0, best) == best
 
 
 def test_what_readings_answer_is_what_a_small_heat_does(found: Equation) -> None:
