@@ -45,9 +45,6 @@ _SEEN, _FEWEST_SEEN = 20, 5
 _AIMED = 0.2
 """Share of the stated rate that is aimed at: it is a limit, and a week tells little of what is rare."""
 
-_ALIKE = 2
-"""Blocks that count as one when the size of the noise is judged: neighbours see the same night, or shift."""
-
 APART = 60
 """Quiet ticks after which an alarm is over, so that the next one counts as another."""
 
@@ -129,8 +126,7 @@ def worked_out(lean: Array, weight: Array, rate: float, day: float, seed: int = 
     aimed = _AIMED * rate / day
     per_machine = int(np.ceil(float(np.clip(_SEEN / aimed, *_TICKS)) / _MACHINES))
     # What makes a block louder than another, as a work that is seldom done, comes but once a block.
-    degrees = max((blocks - 1) / _ALIKE, 1.0)
-    factor = np.sqrt(degrees / draw.chisquare(degrees, _MACHINES))[:, None]
+    factor = np.sqrt((blocks - 1) / draw.chisquare(blocks - 1, _MACHINES))[:, None]
     begin = 3 * memories[-1]  # until the sums have forgotten that they began at nothing
     per_machine += begin
     # Blocks keep how alike neighbours are; but a sum over less than a block takes no value that was not seen.
