@@ -106,5 +106,9 @@ def _in_words(event: dict[str, Any]) -> str:
     from warmlink.orchestration.watch.page import when
 
     at = f"{when(event['time_s'])}  " if "time_s" in event else ""
-    kind = f"ALARM ({event['verdict']}): " if event["alarm"] else ""
+    kind = (
+        f"{'the same alarm' if 'again' in event else 'ALARM'} ({event['verdict']}): "
+        if event["alarm"]
+        else ""
+    )
     return printable(f"{at}{kind}{event['told']}")
