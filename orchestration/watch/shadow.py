@@ -2,6 +2,7 @@
 
 Its states are the plant's, what nobody logged of the room and of heat, and by how much the model is off at
 each reading; the latter two follow Ornstein-Uhlenbeck processes whose sizes were learnt from the sound part.
+They are stronger while work is not what it was of late, as when a cold machine begins: there a model errs most.
 A reading is a mean over a tick, between the outputs at its ends. So each tick first corrects the state at
 its start, with what the readings within it say, and then goes on to its end.
 
@@ -49,12 +50,17 @@ class ShadowNoise:
     steady : of a tick's mean that more readings do not make smaller, shape (outputs,)
     wander, wander_memory : of the room and of heat, shape (signals,)
     misfit, misfit_memory : by which the model is off at each reading, shape (outputs,)
+    stirred : by how much wander and misfit are stronger while work differs from what it was of late, by lag
+        of it, in their own sizes, shape (2, lags)
+    usual : size of what drives the machine, in which work differs, shape (drives,)
     """
 
     white: Array
     steady: Array
     wander: Array
     misfit: Array
+    stirred: Array
+    usual: Array
     wander_memory: float = 1800.0
     misfit_memory: float = 7200.0
 
@@ -72,9 +78,10 @@ class ShadowNoise:
         times = np.repeat([self.wander_memory, self.misfit_memory], [self.wander.size, self.misfit.size])
         return np.exp(-lasting / times)
 
-    def process(self, plant: int, lasting: float) -> Array:
+    def process(self, plant: int, lasting: float, stirred: Array) -> Array:
         """Variances that a tick adds to so many states of the plant and to the slow processes, shape (n,)."""
-        slow = self.slow**2 * (1 - self.kept(lasting) ** 2)
+        stronger = np.repeat(1 + self.stirred**2 @ stirred, [self.wander.size, self.misfit.size])
+        slow = self.slow**2 * stronger * (1 - self.kept(lasting) ** 2)
         return np.append(np.full(plant, _ROUGH**2 * lasting / _STEP), slow)
 
     def at_start(self, plant: int) -> Array:
@@ -98,6 +105,7 @@ class LinearTick(NamedTuple):
     correction : of the state at the start, that the filter made, shape (n,)
     anew : whether the filter began with it
     driven : lags of what drives the machine, shape (lags,)
+    stirred : how far work is from what it was of late, as `Drives.stirred`
     """
 
     error: Array
@@ -110,6 +118,7 @@ class LinearTick(NamedTuple):
     correction: Array
     anew: bool
     driven: Array
+    stirred: Array
 
 
 class Innovation(NamedTuple):
@@ -193,6 +202,7 @@ class Shadow:
         if anew:
             self.begin(tick)
         expected, seen, onward, pushed, direct, reached = self._ahead(tick)
+        stirred = self._drives.stirred(self.lags, tick, self.noise.usual)
         before, self.lags = self.lags, self._drives.onward(self.lags, tick)
         driven = (before + self.lags) / 2
         expected = expected + self.weights @ driven
@@ -210,10 +220,12 @@ class Shadow:
         self.rest = self.rest + correction[self.plant :]
         self.x = reached + onward[: self.plant] @ correction
         self.rest = np.diag(onward)[self.plant :] * self.rest
-        self.P = onward @ said.covariance @ onward.T + np.diag(self.noise.process(self.plant, lasting))
+        self.P = onward @ said.covariance @ onward.T + np.diag(
+            self.noise.process(self.plant, lasting, stirred)
+        )
         innovation = Innovation(said.white, said.rows, expected, said.sigma)
         return innovation, LinearTick(
-            error, seen, onward, pushed, direct, tick.counts, lasting, correction, anew, driven
+            error, seen, onward, pushed, direct, tick.counts, lasting, correction, anew, driven, stirred
         )
 
     def _ahead(self, tick: Tick) -> tuple[Array, Array, Array, Array, Array, Array]:
