@@ -16,15 +16,11 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.signals import row_noise
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.watch.combining import Scatter, leanings, scatter_of
-from warmlink.orchestration.watch.drives import LAGS, Drives
+from warmlink.orchestration.watch.filter.drives import LAGS, Drives
+from warmlink.orchestration.watch.filter.likelihood import filtered, likeliest
+from warmlink.orchestration.watch.filter.noise import ShadowNoise
+from warmlink.orchestration.watch.filter.shadow import CLIPPED, LinearTick, Shadow
 from warmlink.orchestration.watch.hypotheses import Hypothesis, WatchedMachine
-from warmlink.orchestration.watch.likelihood import filtered, likeliest
-from warmlink.orchestration.watch.shadow import (
-    CLIPPED,
-    LinearTick,
-    Shadow,
-    ShadowNoise,
-)
 from warmlink.orchestration.watch.ticks import Tick
 
 _STRIDES = ((), (4.0,), (2.0, 1.5), (), ())

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warmlink.orchestration.watch.likelihood import filtered, likeliest
-from warmlink.orchestration.watch.shadow import LinearTick, ShadowNoise
+from warmlink.orchestration.watch.filter.likelihood import filtered, likeliest
+from warmlink.orchestration.watch.filter.noise import ShadowNoise
+from warmlink.orchestration.watch.filter.shadow import LinearTick
 
 PLANT, WANDERS, OUTPUTS = 2, 1, 2
 N = PLANT + WANDERS + OUTPUTS

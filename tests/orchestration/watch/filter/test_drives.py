@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from warmlink.orchestration.watch.drives import LAGS, Drives
+from warmlink.orchestration.watch.filter.drives import LAGS, Drives
 from warmlink.orchestration.watch.ticks import Tick
 
 NONE = np.zeros(0)

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.watch.shadow import CLIPPED, LinearTick, ShadowNoise
+from warmlink.orchestration.watch.filter.noise import ShadowNoise
+from warmlink.orchestration.watch.filter.shadow import CLIPPED, LinearTick
 
 SIZES = ("misfit", "steady", "wander", "stirred")
 """What is tried larger and smaller."""
