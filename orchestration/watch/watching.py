@@ -165,10 +165,11 @@ class Watching:
         yield from self._judged(self.gatherer.rest())
         self.write()
         self.watcher.refuse_unlearnt()
-        while self.diagnoses is not None and self.diagnoses.busy:
-            yield from self._beside()
-            time.sleep(_WAITS)
-        self._show()
+        if self.diagnoses is not None:
+            while self.diagnoses.busy:
+                yield from self._beside()
+                time.sleep(_WAITS)
+            self._show()
 
     def _read(self, cells: Cells, wait: Callable[[float], None]) -> Iterator[dict[str, Any]]:
         """Judge a row."""
