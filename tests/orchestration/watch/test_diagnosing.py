@@ -15,8 +15,8 @@ from warmlink.orchestration.watch.diagnosing import ANSWER, Diagnoses, said_of
 from warmlink.orchestration.watch.offers import EXPERIMENT_FILE
 
 
-def alarms_in(folder: Path, count: int) -> list[Path]:
-    found = [folder / f"alarm-{k + 1}" for k in range(count)]
+def alarms_in(folder: Path, *numbers: int) -> list[Path]:
+    found = [folder / f"alarm-{each}" for each in numbers]
     for each in found:
         each.mkdir()
         (each / EXPERIMENT_FILE).write_text("")
@@ -41,11 +41,11 @@ def all_told(diagnoses: Diagnoses) -> list[dict[str, Any]]:
 def test_each_alarm_is_diagnosed_once_in_its_own_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    alarms = alarms_in(tmp_path, 11)
+    alarms = alarms_in(tmp_path, 1, 2, 11)
     running(monkeypatch, "import os; print('named in', os.path.basename(os.getcwd())); print('more')")
     told = all_told(Diagnoses(tmp_path))
     assert [each["diagnosed"] for each in told] == [each.name for each in alarms]
-    assert told[10] == {"alarm": False, "diagnosed": "alarm-11", "told": "alarm-11: named in alarm-11"}
+    assert told[2] == {"alarm": False, "diagnosed": "alarm-11", "told": "alarm-11: named in alarm-11"}
     assert (alarms[0] / ANSWER).read_text() == "named in alarm-1\nmore\n"
     assert said_of(alarms[0]) == "named in alarm-1"
     assert all_told(Diagnoses(tmp_path)) == []
