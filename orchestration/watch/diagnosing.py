@@ -89,8 +89,8 @@ class Diagnoses:
         self.end()
         with fresh_file(running.alarm / ANSWER) as scratch:
             scratch.write_text(said + "\n", "utf-8")
-        first = said.partition("\n")[0]
-        return {"alarm": False, "diagnosed": running.alarm.name, "told": f"{running.alarm.name}: {first}"}
+        told = f"{running.alarm.name} was diagnosed: {said_of(running.alarm)}"
+        return {"alarm": False, "diagnosed": running.alarm.name, "told": told}
 
     def _begin(self, alarm: Path) -> None:
         out, errors = TemporaryFile(), TemporaryFile()  # noqa: SIM115
@@ -130,9 +130,10 @@ class Diagnoses:
 def said_of(alarm: Path) -> str:
     """First line of what a diagnosis said of an alarm by its folder; nothing before."""
     try:
-        return (alarm / ANSWER).read_text("utf-8").partition("\n")[0]
+        first = (alarm / ANSWER).read_text("utf-8").partition("\n")[0]
     except OSError:
         return ""
+    return first.removeprefix(f"{EXPERIMENT_FILE}: ")
 
 
 def _read(stream: IO[bytes]) -> str:

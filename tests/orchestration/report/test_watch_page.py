@@ -97,6 +97,6 @@ def test_a_diagnosis_is_told_once_and_shown_beside_its_alarm(
     while watching.diagnoses.busy and time.monotonic() < give_up:
         told += watching._beside()
         time.sleep(0.01)
-    assert [each["told"] for each in told] == ["alarm-1: the joint conducts less"]
+    assert [each["told"] for each in told] == ["alarm-1 was diagnosed: the joint conducts less"]
     assert watching.events == [event]
     assert "Diagnosis: the joint conducts less" in page_of(watching)

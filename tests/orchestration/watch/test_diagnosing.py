@@ -42,11 +42,18 @@ def test_each_alarm_is_diagnosed_once_in_its_own_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     alarms = alarms_in(tmp_path, 1, 2, 11)
-    running(monkeypatch, "import os; print('named in', os.path.basename(os.getcwd())); print('more')")
+    running(
+        monkeypatch,
+        "import os; print('experiment.toml: named in', os.path.basename(os.getcwd())); print('more')",
+    )
     told = all_told(Diagnoses(tmp_path))
     assert [each["diagnosed"] for each in told] == [each.name for each in alarms]
-    assert told[2] == {"alarm": False, "diagnosed": "alarm-11", "told": "alarm-11: named in alarm-11"}
-    assert (alarms[0] / ANSWER).read_text() == "named in alarm-1\nmore\n"
+    assert told[2] == {
+        "alarm": False,
+        "diagnosed": "alarm-11",
+        "told": "alarm-11 was diagnosed: named in alarm-11",
+    }
+    assert (alarms[0] / ANSWER).read_text() == "experiment.toml: named in alarm-1\nmore\n"
     assert said_of(alarms[0]) == "named in alarm-1"
     assert all_told(Diagnoses(tmp_path)) == []
 
@@ -82,7 +89,7 @@ def test_one_that_is_ended_with_the_watch_or_has_new_rows_begins_anew(
     diagnoses.told()
     diagnoses.anew(alarm.name)
     running(monkeypatch, "print('named')")
-    assert [each["told"] for each in all_told(diagnoses)] == ["alarm-1: named"]
+    assert [each["told"] for each in all_told(diagnoses)] == ["alarm-1 was diagnosed: named"]
     diagnoses.anew(alarm.name)
     assert diagnoses.due() == [alarm]
 
@@ -96,4 +103,4 @@ def test_it_is_bounded_and_makes_way_for_others(tmp_path: Path, monkeypatch: pyt
         "import os\ntry: bytearray(10**9)\nexcept MemoryError: print('no memory, nice', os.nice(0))",
     )
     (told,) = all_told(Diagnoses(tmp_path))
-    assert told["told"] == f"alarm-1: no memory, nice {min(os.nice(0) + 10, 19)}"
+    assert told["told"] == f"alarm-1 was diagnosed: no memory, nice {min(os.nice(0) + 10, 19)}"
