@@ -30,6 +30,7 @@ def watch(
     until_end: bool = False,
     speed: float = 0.0,
     serve: str = "",
+    diagnose: bool = False,
     out: Path = Path("out/watch"),
     json: bool = False,
 ) -> None:
@@ -66,6 +67,8 @@ def watch(
     speed : Replay the log so many times faster than it was recorded, for example --speed 60. Default: as
         fast as it comes.
     serve : Serve the page, read only, at HOST:PORT, for example --serve 127.0.0.1:8080.
+    diagnose : Diagnose each alarm meanwhile, in a process of its own that makes way for others: for minutes,
+        for half an hour at most. With --until-end it is waited for.
     out : Folder for the files.
     json : Print events as JSON, one object a line, for other programs.
     """
@@ -84,6 +87,7 @@ def watch(
         speed=speed,
         serve=serve,
         mapping=mapping,
+        diagnose=diagnose,
     ) as work:
         try:
             for event in work.run():
@@ -106,5 +110,9 @@ def _in_words(event: dict[str, Any]) -> str:
     from warmlink.orchestration.watch.page import when
 
     at = f"{when(event['time_s'])}  " if "time_s" in event else ""
-    kind = f"ALARM ({event['verdict']}): " if event["alarm"] else ""
+    kind = (
+        f"{'the same alarm' if 'again' in event else 'ALARM'} ({event['verdict']}): "
+        if event["alarm"]
+        else ""
+    )
     return printable(f"{at}{kind}{event['told']}")

@@ -112,6 +112,7 @@ def watching(
     speed: float = 0.0,
     serve: str = "",
     mapping: Path | None = None,
+    diagnose: bool = False,
 ) -> Iterator[Watching]:
     """A watch with its source open and its folder locked; what an earlier one knew is taken up.
 
@@ -153,10 +154,12 @@ def watching(
                 _design(law or None, scenario),
                 until_end,
                 speed,
+                diagnose,
             ),
             folder,
             write_watch,
         )
+        stack.callback(work.close)
         work.restore()
         if serve:
             stack.enter_context(served(serve, folder))

@@ -208,7 +208,7 @@ class _Maker:
         reading: Array,
         late: Array,
         freed: tuple[str, ...],
-    ) -> Hypothesis:
+    ) -> Hypothesis | None:
         nominal = float(self.values[slots[0]]) if slots else 0.0
         size = nominal if cause.relative else 1.0
         lower, upper = cause.lower * size, cause.upper * size
@@ -217,6 +217,8 @@ class _Maker:
             unit = self.rig.unit(self.outputs[int(np.argmax(reading))])
             upper = _OFFSET.get(unit, 0.5) * _SPAN / 2
             lower = -upper
+        if not lower < upper:
+            return None  # a share of nothing, as of a joint that conducts nothing
         start = nominal if cause.neutral is None or slots else 0.0
         place = freed[0], unit, cause.at_work, cause
         return Hypothesis(name, verdict, slots, reading, late, lower, upper, start, *place)

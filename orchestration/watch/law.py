@@ -20,7 +20,7 @@ from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.overrides import parameters_of, start_values
-from warmlink.orchestration.watch.shadow import CLIPPED
+from warmlink.orchestration.watch.filter.shadow import CLIPPED
 from warmlink.orchestration.watch.ticks import Tick
 
 _DUTY = ("speed", "torque", "ambient_temperature")

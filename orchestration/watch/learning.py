@@ -16,15 +16,11 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.signals import row_noise
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.watch.combining import Scatter, leanings, scatter_of
-from warmlink.orchestration.watch.drives import Drives
+from warmlink.orchestration.watch.filter.drives import LAGS, Drives
+from warmlink.orchestration.watch.filter.likelihood import filtered, likeliest
+from warmlink.orchestration.watch.filter.noise import ShadowNoise
+from warmlink.orchestration.watch.filter.shadow import CLIPPED, LinearTick, Shadow
 from warmlink.orchestration.watch.hypotheses import Hypothesis, WatchedMachine
-from warmlink.orchestration.watch.likelihood import filtered, likeliest
-from warmlink.orchestration.watch.shadow import (
-    CLIPPED,
-    LinearTick,
-    Shadow,
-    ShadowNoise,
-)
 from warmlink.orchestration.watch.ticks import Tick
 
 _STRIDES = ((), (4.0,), (2.0, 1.5), (), ())
@@ -44,6 +40,9 @@ _LEAST, _FIRST = 0.01, 0.3
 
 _SIGNALS = {"room": 0.1, "heat": 1.0}
 """Sizes in K and W from which the search starts."""
+
+_STIRRED = 0.5
+"""Share by which wander and misfit are stronger in unusual work, from which the search starts."""
 
 _WEIGHT = 0.3
 """K by which the usual size of a lag may be off by, 1 sigma before anything is seen."""
@@ -115,6 +114,8 @@ def learn(machine: WatchedMachine, ticks: Sequence[Tick], progress: Progress = u
         passed = _pass(machine, noise, known, ticks)
         if strides:
             noise = likeliest(passed[:_MOST_TICKS], noise, memories, strides, _LEAST * unit)
+            # A day holds too few beginnings to tell how much the model errs there.
+            noise = likeliest(passed, noise, (), strides[-1:], _LEAST * unit, ("stirred",))
         known = _Fit(machine, noise, known, passed).best()
     progress("judging the sound part", len(_STRIDES) / (len(_STRIDES) + 1))
     fit = _Fit(machine, noise, known, _pass(machine, noise, known, ticks))
@@ -170,7 +171,8 @@ def _first(machine: WatchedMachine, ticks: Sequence[Tick]) -> ShadowNoise:
     rough = np.array([row_noise(middles, column) for column in means.T])
     steady = np.maximum(rough, _LEAST * unit) / 2
     signals = np.array([_SIGNALS[each] for each in machine.signals])
-    return ShadowNoise(white, steady, signals, _FIRST * unit)
+    usual = Drives(machine.rig, machine.inputs, machine.tick).usual(ticks)
+    return ShadowNoise(white, steady, signals, _FIRST * unit, np.full((2, len(LAGS)), _STIRRED), usual)
 
 
 class _Fit:

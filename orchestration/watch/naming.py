@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.watch.combining import Scatter, told_by
+from warmlink.orchestration.watch.filter.shadow import Shadow, corrected
 from warmlink.orchestration.watch.hypotheses import THERMOMETER, Hypothesis
-from warmlink.orchestration.watch.shadow import Shadow, corrected
 from warmlink.orchestration.watch.ticks import Tick
 
 _AGES = (

@@ -19,6 +19,7 @@ from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.report.page import rendered
 from warmlink.orchestration.system.units import ZERO_CELSIUS
+from warmlink.orchestration.watch.diagnosing import said_of
 from warmlink.orchestration.watch.watcher import SHOWN
 from warmlink.orchestration.watch.watching import ALARMS, Watching
 
@@ -68,7 +69,12 @@ def page_of(watching: Watching) -> str:
     watcher = watching.watcher
     levels = [{"name": name, "level": level} for name, level in watcher.by_verdict().items()]
     alarms = [
-        {"when": when(first["time_s"]), "verdict": last["verdict"], "told": last["told"]}
+        {
+            "when": when(first["time_s"]),
+            "verdict": last["verdict"],
+            "told": last["told"],
+            "diagnosed": _diagnosed(watching, first),
+        }
         for first, last in zip(watching.alarms, _last_names(watching), strict=True)
     ]
     return rendered(
@@ -83,6 +89,12 @@ def page_of(watching: Watching) -> str:
         remarks=watching.remarks(),
         seconds=_SECONDS,
     )
+
+
+def _diagnosed(watching: Watching, alarm: dict[str, Any]) -> str:
+    """What a diagnosis said of an alarm, in a line; nothing before it has."""
+    files = alarm.get("offered", [])
+    return said_of(watching.folder / Path(files[0]).parent) if files else ""
 
 
 def _last_names(watching: Watching) -> list[dict[str, Any]]:

@@ -15,9 +15,10 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.files import fresh_file, stamped, unstamped
 from warmlink.orchestration.watch.combining import Scatter
+from warmlink.orchestration.watch.filter.noise import ShadowNoise
+from warmlink.orchestration.watch.filter.shadow import Shadow
 from warmlink.orchestration.watch.learning import SoundPart
 from warmlink.orchestration.watch.sequential import Limits, Sequential
-from warmlink.orchestration.watch.shadow import Shadow, ShadowNoise
 from warmlink.orchestration.watch.ticks import Gatherer, Tick
 from warmlink.orchestration.watch.watcher import SHADOW_KEPT, Moment, Standing, Watcher
 

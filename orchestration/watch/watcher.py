@@ -14,12 +14,12 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.watch.combining import leanings
+from warmlink.orchestration.watch.filter.shadow import Shadow
 from warmlink.orchestration.watch.hypotheses import CLOCK, LAW, MODEL, THERMOMETER, WatchedMachine
 from warmlink.orchestration.watch.law import LawError
 from warmlink.orchestration.watch.learning import SoundPart, learn, surprise_of
 from warmlink.orchestration.watch.naming import Explanation, Naming, named
 from warmlink.orchestration.watch.sequential import APART, FEWEST, SETTLED, Limits, Sequential, worked_out
-from warmlink.orchestration.watch.shadow import Shadow
 from warmlink.orchestration.watch.ticks import Tick
 
 SHADOW_KEPT = ("x", "rest", "P", "directions", "lags")

@@ -13,6 +13,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.machine.rig import Rig
+from warmlink.orchestration.watch.diagnosing import Diagnoses
 from warmlink.orchestration.watch.hypotheses import watched
 from warmlink.orchestration.watch.law import WatchedLaw, law_error
 from warmlink.orchestration.watch.offers import Design, write_offer
@@ -25,8 +26,9 @@ from warmlink.orchestration.watch.watcher import Watcher
 STATE, ALARMS, JOURNAL = "watch.state", "alarms.jsonl", "watch.rows"
 """Files of a watch: what it knows; what it has told, an object a line; and rows that no state has yet."""
 
-_SAVED, _SHOWN, _SILENT = 60.0, 5.0, 5.0
-"""s between two writings of the state, and of the page; s of silence after which a server is at its end."""
+_SAVED, _SHOWN, _SILENT, _WAITS = 60.0, 5.0, 5.0, 0.2
+"""s between two writings of the state, and of the page; s of silence after which a server is at its end; s
+between two looks at a diagnosis when the log has ended."""
 
 _MOST_TOLD = 1000
 """Events that are kept; of more the oldest go."""
@@ -57,6 +59,7 @@ class WatchOptions:
     design : of that law for other parameters of the plant; None if it has none
     until_end : whether to end where the log does
     speed : of a replay, as a multiple of the log's own time; 0 as fast as it goes
+    diagnose : whether alarms are diagnosed meanwhile
     """
 
     rig: Rig
@@ -69,6 +72,7 @@ class WatchOptions:
     design: Design | None = None
     until_end: bool = False
     speed: float = 0.0
+    diagnose: bool = False
 
     def facts(self, source: Source) -> dict[str, Any]:
         """What a restart has to ask for as well, as JSON."""
@@ -115,6 +119,7 @@ class Watching:
         law = law_error(asked.law, asked.rig, reader.readings, reader.has_correction, asked.tick)
         self.watcher = Watcher(machine, asked.sound, asked.rate, law)
         self.gatherer = Gatherer(asked.rig, asked.known, reader.readings, asked.tick)
+        self.diagnoses = Diagnoses(self.folder) if asked.diagnose else None
         self._due = self._shown = 0.0
         self._paced: float | None = None
 
@@ -147,7 +152,7 @@ class Watching:
         silent = time.monotonic()
         yield from self._taken_up()
         for cells in self.source.rows():
-            yield from self._of_source()
+            yield from self._beside()
             if cells is None:
                 if self.asked.until_end and time.monotonic() - silent > _SILENT:
                     break
@@ -160,6 +165,11 @@ class Watching:
         yield from self._judged(self.gatherer.rest())
         self.write()
         self.watcher.refuse_unlearnt()
+        if self.diagnoses is not None:
+            while self.diagnoses.busy:
+                yield from self._beside()
+                time.sleep(_WAITS)
+            self._show()
 
     def _read(self, cells: Cells, wait: Callable[[float], None]) -> Iterator[dict[str, Any]]:
         """Judge a row."""
@@ -207,12 +217,22 @@ class Watching:
         system = self.asked.told.machine
         system = str(Path(system).resolve()) if Path(system).is_file() else system
         offered = system, watcher.machine, watcher.learnt, list(watcher.recent), watcher.explained
-        return [f"{folder}/{each}" for each in write_offer(self.folder / folder, *offered, self.asked.design)]
+        written = write_offer(self.folder / folder, *offered, self.asked.design)
+        if self.diagnoses is not None:
+            self.diagnoses.anew(folder)
+        return [f"{folder}/{each}" for each in written]
 
-    def _of_source(self) -> Iterator[dict[str, Any]]:
-        """What the source has to tell; it is not part of what was judged."""
+    def _beside(self) -> Iterator[dict[str, Any]]:
+        """What the source and a diagnosis have to tell; it is not part of what was judged."""
         while self.source.told:
             yield {"alarm": False, "told": self.source.told.pop(0)}
+        if self.diagnoses is not None and (said := self.diagnoses.told()) is not None:
+            yield said
+
+    def close(self) -> None:
+        """End what goes on beside the watch."""
+        if self.diagnoses is not None:
+            self.diagnoses.end()
 
     def _pace(self, at: float) -> None:
         """Wait until a row of a replay is due."""

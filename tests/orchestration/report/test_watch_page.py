@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,8 @@ import pytest
 from tests.browser import Browser, violations
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
+from warmlink.orchestration.watch import diagnosing
+from warmlink.orchestration.watch.offers import EXPERIMENT_FILE
 from warmlink.orchestration.watch.page import PAGE, page_of, write_watch
 from warmlink.orchestration.watch.sequential import Limits
 from warmlink.orchestration.watch.sources.lines import LinesSource
@@ -22,11 +26,11 @@ HEADERS = (
 )
 
 
-def watching_in(folder: Path) -> Watching:
+def watching_in(folder: Path, diagnose: bool = False) -> Watching:
     """A watch with an alarm, as it stands after some hours."""
     log = folder / "cell.csv"
     log.write_text(f"{HEADERS}\n0,1,1,22,25,23,10\n")
-    asked = WatchOptions(rig_of("WarmupCell"), {}, ReadOptions(), 4 * 3600.0, 1 / 30)
+    asked = WatchOptions(rig_of("WarmupCell"), {}, ReadOptions(), 4 * 3600.0, 1 / 30, diagnose=diagnose)
     watching = Watching(LinesSource(log, follow=False), asked, folder, write_watch)
     watcher = watching.watcher
     shape = 3, len(watcher.things)
@@ -75,3 +79,24 @@ def test_while_it_learns_the_page_says_how_much_is_there(tmp_path: Path) -> None
     watching = watching_in(tmp_path)
     watching.watcher.limits = None
     assert "Learning: 0.0 h of the 4 h declared sound have come in" in page_of(watching)
+
+
+def test_a_diagnosis_is_told_once_and_shown_beside_its_alarm(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is not kept among what was judged, as its time is that of the processor."""
+    monkeypatch.setattr(diagnosing, "COMMAND", (sys.executable, "-c", "print('the joint conducts less')"))
+    monkeypatch.setattr(diagnosing, "_LOOKS", 0.0)
+    watching = watching_in(tmp_path, diagnose=True)
+    (tmp_path / "alarm-1").mkdir()
+    (tmp_path / "alarm-1" / EXPERIMENT_FILE).write_text("")
+    (event,) = watching.events = [{**watching.events[0], "offered": [f"alarm-1/{EXPERIMENT_FILE}"]}]
+    assert "Diagnosis" not in page_of(watching)
+    assert watching.diagnoses is not None
+    told, give_up = [], time.monotonic() + 60
+    while watching.diagnoses.busy and time.monotonic() < give_up:
+        told += watching._beside()
+        time.sleep(0.01)
+    assert [each["told"] for each in told] == ["alarm-1 was diagnosed: the joint conducts less"]
+    assert watching.events == [event]
+    assert "Diagnosis: the joint conducts less" in page_of(watching)

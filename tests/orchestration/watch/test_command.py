@@ -14,6 +14,7 @@ import pytest
 
 from tests.command import exit_code
 from tests.orchestration.watch.conftest import SLIPS, SOUND
+from warmlink.orchestration.command_line.watch import _in_words
 from warmlink.orchestration.watch.page import PAGE, served
 from warmlink.orchestration.watch.watching import rate_of
 
@@ -106,6 +107,14 @@ def test_alarms_are_printed_and_written_and_shown(whole: tuple[Path, str]) -> No
     assert "ALARM since" in page
     assert "base_temperature" in page
     assert "http" not in page.replace("http-equiv", "")
+
+
+def test_an_alarm_is_called_so_once_however_often_it_is_named() -> None:
+    """The count at the end is of alarms, and a name that is told anew is none."""
+    first = {"time_s": 60.0, "alarm": True, "verdict": "model", "told": "friction_level"}
+    lines = [_in_words(each) for each in (first, {**first, "again": True}, {"alarm": False, "told": "x"})]
+    assert [line.count("ALARM") for line in lines] == [1, 0, 0]
+    assert "the same alarm (model): friction_level" in lines[1]
 
 
 @pytest.mark.slow

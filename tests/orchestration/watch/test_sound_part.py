@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from benchmarks.watch import WatchedCell
@@ -31,8 +33,9 @@ def test_what_is_frozen_is_what_is_judged(
     machine, learnt = sound_cell[0].watcher.machine, sound_cell[0].watcher.learnt
     assert learnt is not None
     nothing = learning._Calibration(np.zeros_like(learnt.moved), np.zeros_like(learnt.weights))
-    passed = learning._pass(machine, learnt.noise, nothing, sound_ticks(table))
-    fit = learning._Fit(machine, learnt.noise, nothing, passed)
+    noise = replace(learnt.noise, stirred=np.zeros_like(learnt.noise.stirred))  # so that values have to move
+    passed = learning._pass(machine, noise, nothing, sound_ticks(table))
+    fit = learning._Fit(machine, noise, nothing, passed)
     held = np.concatenate([rows[:, 0] for rows in fit.held_out()])
     every = np.concatenate(fit._rows)
     seen, a_step_on = every[:, 0], every[:, 0] - every[:, 1:][:, fit._free] @ fit._found()

@@ -2,6 +2,8 @@
 
 Its states are the plant's, what nobody logged of the room and of heat, and by how much the model is off at
 each reading; the latter two follow Ornstein-Uhlenbeck processes whose sizes were learnt from the sound part.
+They are stronger while work is not what it was of late, as when a cold machine begins: there a model errs
+most.
 A reading is a mean over a tick, between the outputs at its ends. So each tick first corrects the state at
 its start, with what the readings within it say, and then goes on to its end.
 
@@ -13,7 +15,6 @@ Automatic Control 21, 1976).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -22,66 +23,16 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps
 from warmlink.orchestration.diagnosis.model.simulation import initial_values
-from warmlink.orchestration.watch.drives import Drives
+from warmlink.orchestration.watch.filter.drives import Drives
+from warmlink.orchestration.watch.filter.noise import ShadowNoise
 from warmlink.orchestration.watch.hypotheses import WatchedMachine
 from warmlink.orchestration.watch.ticks import Tick
 
 CLIPPED = 5.0
 """Standard deviations beyond which an innovation counts as this much: one wild reading is no fault."""
 
-_START, _SHARED = 3.0, 0.7
-"""K by which the states at the start are not known, and how alike their errors are."""
-
 _STEP = 60.0
 """s of an integration step, at most."""
-
-_ROUGH = 1e-3
-"""K of process noise of each state in a minute, so that the filter never grows sure of itself."""
-
-
-@dataclass(frozen=True)
-class ShadowNoise:
-    """What was learnt from the sound part: 1 sigma in SI, and correlation times in s.
-
-    Attributes
-    ----------
-    white : of one reading by itself, beside `steady`, shape (outputs,)
-    steady : of a tick's mean that more readings do not make smaller, shape (outputs,)
-    wander, wander_memory : of the room and of heat, shape (signals,)
-    misfit, misfit_memory : by which the model is off at each reading, shape (outputs,)
-    """
-
-    white: Array
-    steady: Array
-    wander: Array
-    misfit: Array
-    wander_memory: float = 1800.0
-    misfit_memory: float = 7200.0
-
-    def variances(self, counts: Array) -> Array:
-        """Variance of the noise of means of so many readings, shape (outputs,)."""
-        return self.white**2 / np.maximum(counts, 1) + self.steady**2
-
-    @property
-    def slow(self) -> Array:
-        """Standard deviations of the slow processes, shape (signals + outputs,)."""
-        return np.append(self.wander, self.misfit)
-
-    def kept(self, lasting: float) -> Array:
-        """What is left of each slow process after a time in s, shape (signals + outputs,)."""
-        times = np.repeat([self.wander_memory, self.misfit_memory], [self.wander.size, self.misfit.size])
-        return np.exp(-lasting / times)
-
-    def process(self, plant: int, lasting: float) -> Array:
-        """Variances that a tick adds to so many states of the plant and to the slow processes, shape (n,)."""
-        slow = self.slow**2 * (1 - self.kept(lasting) ** 2)
-        return np.append(np.full(plant, _ROUGH**2 * lasting / _STEP), slow)
-
-    def at_start(self, plant: int) -> Array:
-        """Covariance of the states when hardly anything is known, shape (n, n)."""
-        found = np.diag(np.append(np.zeros(plant), self.slow**2))
-        found[:plant, :plant] = _START**2 * (_SHARED + (1 - _SHARED) * np.eye(plant))
-        return found
 
 
 class LinearTick(NamedTuple):
@@ -98,6 +49,7 @@ class LinearTick(NamedTuple):
     correction : of the state at the start, that the filter made, shape (n,)
     anew : whether the filter began with it
     driven : lags of what drives the machine, shape (lags,)
+    stirred : how far work is from what it was of late, as `Drives.stirred`
     """
 
     error: Array
@@ -110,6 +62,7 @@ class LinearTick(NamedTuple):
     correction: Array
     anew: bool
     driven: Array
+    stirred: Array
 
 
 class Innovation(NamedTuple):
@@ -193,6 +146,7 @@ class Shadow:
         if anew:
             self.begin(tick)
         expected, seen, onward, pushed, direct, reached = self._ahead(tick)
+        stirred = self._drives.stirred(self.lags, tick, self.noise.usual)
         before, self.lags = self.lags, self._drives.onward(self.lags, tick)
         driven = (before + self.lags) / 2
         expected = expected + self.weights @ driven
@@ -210,10 +164,12 @@ class Shadow:
         self.rest = self.rest + correction[self.plant :]
         self.x = reached + onward[: self.plant] @ correction
         self.rest = np.diag(onward)[self.plant :] * self.rest
-        self.P = onward @ said.covariance @ onward.T + np.diag(self.noise.process(self.plant, lasting))
+        self.P = onward @ said.covariance @ onward.T + np.diag(
+            self.noise.process(self.plant, lasting, stirred)
+        )
         innovation = Innovation(said.white, said.rows, expected, said.sigma)
         return innovation, LinearTick(
-            error, seen, onward, pushed, direct, tick.counts, lasting, correction, anew, driven
+            error, seen, onward, pushed, direct, tick.counts, lasting, correction, anew, driven, stirred
         )
 
     def _ahead(self, tick: Tick) -> tuple[Array, Array, Array, Array, Array, Array]:

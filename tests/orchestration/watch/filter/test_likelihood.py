@@ -7,12 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warmlink.orchestration.watch.likelihood import filtered, likeliest
-from warmlink.orchestration.watch.shadow import LinearTick, ShadowNoise
+from warmlink.orchestration.watch.filter.likelihood import filtered, likeliest
+from warmlink.orchestration.watch.filter.noise import ShadowNoise
+from warmlink.orchestration.watch.filter.shadow import LinearTick
 
 PLANT, WANDERS, OUTPUTS = 2, 1, 2
 N = PLANT + WANDERS + OUTPUTS
-NOISE = ShadowNoise(np.array([0.2, 0.3]), np.array([0.1, 0.05]), np.array([0.4]), np.array([0.2, 0.1]))
+NOISE = ShadowNoise(
+    *(np.array([0.2, 0.3]), np.array([0.1, 0.05]), np.array([0.4]), np.array([0.2, 0.1])),
+    np.array([[0.5, 0.0], [2.0, 1.0]]),
+    np.ones(3),
+)
 
 
 def passed(count: int, missing: bool = False, anew: int = 0) -> list[LinearTick]:
@@ -29,8 +34,9 @@ def passed(count: int, missing: bool = False, anew: int = 0) -> list[LinearTick]
         seen = draw.normal(size=(OUTPUTS, N))
         empty = np.zeros((N, 0)), np.zeros((OUTPUTS, 0))
         counts, lasting = np.array([4.0, 1.0]), 60.0 * (1 + k % 2)
+        driven = np.zeros(0), np.array([k % 3, k % 2], dtype=float)
         ticks.append(
-            LinearTick(error, seen, onward, *empty, counts, lasting, np.zeros(N), k in (0, anew), np.zeros(0))
+            LinearTick(error, seen, onward, *empty, counts, lasting, np.zeros(N), k in (0, anew), *driven)
         )
     return ticks
 
@@ -53,7 +59,7 @@ def all_at_once(ticks: list[LinearTick], noise: ShadowNoise) -> float:
             ahead = onwards[j - 1] @ ahead
             there = slice(j * N, (j + 1) * N)
             states[there, here], states[here, there] = ahead, ahead.T
-        P = onwards[k] @ P @ onwards[k].T + np.diag(noise.process(PLANT, tick.lasting))
+        P = onwards[k] @ P @ onwards[k].T + np.diag(noise.process(PLANT, tick.lasting, tick.stirred))
     H = np.zeros((len(ticks) * OUTPUTS, size))
     for k, tick in enumerate(ticks):
         H[k * OUTPUTS : (k + 1) * OUTPUTS, k * N : (k + 1) * N] = tick.seen
@@ -66,7 +72,8 @@ def all_at_once(ticks: list[LinearTick], noise: ShadowNoise) -> float:
 
 @pytest.mark.parametrize("missing", [False, True])
 def test_it_is_that_of_all_readings_together(missing: bool) -> None:
-    other = replace(NOISE, misfit=np.array([0.7, 0.6]), misfit_memory=600.0)
+    more = {"misfit": np.array([0.7, 0.6]), "stirred": np.array([[0.0, 1.0], [0.5, 0.0]])}
+    other = replace(NOISE, misfit_memory=600.0, **more)
     found = filtered(ticks := passed(9, missing), [NOISE, other]).likelihood
     assert found == pytest.approx([all_at_once(ticks, NOISE), all_at_once(ticks, other)], rel=1e-9)
 
@@ -84,3 +91,33 @@ def test_the_likeliest_noise_is_likelier_and_no_smaller_than_it_may_be() -> None
     assert after > before
     assert np.all(found.misfit >= least)
     assert np.array_equal(found.white, NOISE.white)
+
+
+def made_up(noise: ShadowNoise, count: int) -> list[LinearTick]:
+    """Ticks of a machine whose states wander as the noise says, with unusual work now and then."""
+    draw, ticks = np.random.default_rng(1), list[LinearTick]()
+    state = np.linalg.cholesky(noise.at_start(PLANT)) @ draw.normal(size=N)
+    for k, each in enumerate(passed(count)):
+        stirred = np.array([float(k % 20 < 4)])
+        onward = each.onward.copy()
+        onward[np.arange(PLANT, N), np.arange(PLANT, N)] = noise.kept(each.lasting)
+        error = each.seen @ state + np.sqrt(noise.variances(each.counts)) * draw.normal(size=OUTPUTS)
+        ticks.append(each._replace(error=error, onward=onward, stirred=stirred))
+        added = np.sqrt(noise.process(PLANT, each.lasting, stirred))
+        state = onward @ state + added * draw.normal(size=N)
+    return ticks
+
+
+def test_a_model_that_errs_where_work_is_unusual_is_trusted_less_there_alone() -> None:
+    still, stirred = (replace(NOISE, stirred=np.array([[0.0], [each]])) for each in (0.3, 8.0))
+    begun = replace(NOISE, stirred=np.array([[0.0], [1.5]]))
+    found = [
+        likeliest(made_up(each, 200), begun, [], [3.0, 1.5], np.zeros(OUTPUTS), ("stirred",))
+        for each in (still, stirred)
+    ]
+    assert found[0].stirred[1, 0] < 1.0
+    assert 4.0 < found[1].stirred[1, 0] < 16.0
+    assert np.array_equal(found[1].misfit, NOISE.misfit)
+    usual, unusual = (found[1].process(PLANT, 60.0, np.array([each])) for each in (0.0, 1.0))
+    assert np.array_equal(usual, NOISE.process(PLANT, 60.0, np.zeros(2)))
+    assert np.all(unusual[PLANT + WANDERS :] > 10 * usual[PLANT + WANDERS :])

@@ -9,7 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.watch.shadow import CLIPPED, LinearTick, ShadowNoise
+from warmlink.orchestration.watch.filter.noise import ShadowNoise
+from warmlink.orchestration.watch.filter.shadow import CLIPPED, LinearTick
+
+SIZES = ("misfit", "steady", "wander", "stirred")
+"""What is tried larger and smaller."""
 
 _ROUNDS = 2
 """Times that each stride is tried."""
@@ -40,13 +44,16 @@ def filtered(
     apart, P, directions, rows = np.zeros((len(noises), n)), at_start, np.zeros((n, 0)), list[Array]()
     single, steady = (np.array([getattr(e, name) for e in noises]) ** 2 for name in ("white", "steady"))
     held = dict[float, tuple[Array, Array]]()
+    kinds = np.repeat([0, 1], [noises[0].wander.size, noises[0].misfit.size])
+    stirs = np.array([each.stirred**2 for each in noises])[:, kinds]
     count = 0 if driven is None else driven.shape[1] * passed[0].error.size
     for k, tick in enumerate(passed):
         if tick.anew:
             apart, P = np.zeros_like(apart), at_start
             directions = np.zeros((n, tick.pushed.shape[1] + count))
         if tick.lasting not in held:
-            added = np.array([each.process(plant, tick.lasting) for each in noises])
+            still = np.zeros(stirs.shape[-1])
+            added = np.array([each.process(plant, tick.lasting, still) for each in noises])
             held[tick.lasting] = np.array([each.kept(tick.lasting) for each in noises]), added
         kept, process = held[tick.lasting]
         there = np.flatnonzero(np.isfinite(tick.error))
@@ -70,6 +77,7 @@ def filtered(
             directions[:, : tick.pushed.shape[1]] += tick.pushed
         P = onward @ (P - gained.transpose(0, 2, 1) @ gained) @ onward.transpose(0, 2, 1)
         P[:, np.arange(n), np.arange(n)] += process
+        P[:, slow, slow] += process[:, slow] * (stirs @ tick.stirred)
     return Filtered(total, rows)
 
 
@@ -79,6 +87,7 @@ def likeliest(
     memories: Sequence[float],
     strides: Sequence[float],
     least: Array,
+    names: Sequence[str] = SIZES,
 ) -> ShadowNoise:
     """Sizes of the noise of the largest likelihood: each alone larger and smaller, then the best of them.
 
@@ -89,12 +98,14 @@ def likeliest(
     memories : correlation times in s of the model's own misfit that are tried
     strides : factors by which each size is tried larger and smaller
     least : sizes in SI below which no misfit is believed, shape (outputs,)
+    names : of the sizes that are tried
     """
-    noise = _best(passed, [noise, *(replace(noise, misfit_memory=each) for each in memories)])[0]
+    if memories:
+        noise = _best(passed, [noise, *(replace(noise, misfit_memory=each) for each in memories)])[0]
     for stride in (each for each in strides for _ in range(_ROUNDS)):
         moves = [
             (name, i, factor)
-            for name in ("misfit", "steady", "wander")
+            for name in names
             for i in range(getattr(noise, name).size)
             for factor in (stride, 1 / stride)
         ]
@@ -115,8 +126,8 @@ def _best(passed: Sequence[LinearTick], noises: Sequence[ShadowNoise]) -> tuple[
 
 def _scaled(noise: ShadowNoise, moves: Sequence[tuple[str, int, float]], least: Array) -> ShadowNoise:
     """The noise with some of its sizes multiplied; of two moves of one size the first counts."""
-    sizes = {name: getattr(noise, name).copy() for name in ("misfit", "steady", "wander")}
+    sizes = {name: getattr(noise, name).copy() for name in SIZES}
     for name, i, factor in reversed(moves):
-        sizes[name][i] = getattr(noise, name)[i] * factor
+        sizes[name].flat[i] = getattr(noise, name).flat[i] * factor
     sizes["misfit"] = np.maximum(sizes["misfit"], least)
     return replace(noise, **sizes)
