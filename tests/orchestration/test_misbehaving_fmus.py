@@ -8,12 +8,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
+from tests.warm import ran
 from warmlink.orchestration.system.model import Connection, DefaultExperiment, FmuPart, System, Value
 from warmlink.orchestration.system.write import write_ssp
 
@@ -43,14 +43,13 @@ def two(fmu: Path, second: str = "b", **values: Value) -> Path:
     return path
 
 
-def simulate(path: Path, *options: str, command: Sequence[str] = COMMAND) -> subprocess.CompletedProcess[str]:
-    done = subprocess.run(
-        [*command, str(path), "--out", "o", *options],
-        capture_output=True,
-        text=True,
-        timeout=100,
-        check=False,
-    )
+def simulate(path: Path, *options: str, hurried: bool = False) -> subprocess.CompletedProcess[str]:
+    arguments = ["simulate", str(path), "--out", "o", *options]
+    if hurried:
+        command = [sys.executable, "-c", SHORT_WAIT, *arguments]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+    else:
+        done = ran(*arguments)
     assert "Traceback" not in done.stderr
     return done
 
@@ -100,9 +99,7 @@ def test_a_crash_says_which_streamed_values_are_lost(fmu: Path) -> None:
     ],
 )
 def test_an_fmu_that_fails_when_it_is_freed_costs_no_values(fmu: Path, label: str, how: str) -> None:
-    hurried = [sys.executable, "-c", SHORT_WAIT, "simulate"]
-    command = hurried if label.startswith("hang") else COMMAND
-    done = simulate(two(fmu, label=label), *ALONE, "--json", command=command)
+    done = simulate(two(fmu, label=label), *ALONE, "--json", hurried=label.startswith("hang"))
     assert done.returncode == 0, done.stderr
     assert f"b: its process {how}" in done.stderr
     assert "the values are complete" in done.stderr
