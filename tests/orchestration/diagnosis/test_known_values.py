@@ -20,7 +20,7 @@ CONTACT = "(winding_temperature - base_temperature) / r"
 
 def experiment(folder: Path, given: str, effects: dict[str, float] | None = None) -> Experiment:
     """A run of a cell whose contact has 5 K/W, by an owner who gives another figure."""
-    hidden = wl.hide(effects or {}, seed=1, terms=f"base: {CONTACT}; r = 5 K/W")
+    hidden = wl.hide(effects or {}, seed=1, terms=f"base: {CONTACT}; r = 5 K/W")[::2]
     hidden.to_csv(folder / "run.csv", index=False)
     file = folder / "experiment.toml"
     file.write_text(
