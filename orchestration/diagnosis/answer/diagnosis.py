@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.answer.findings import Findings
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong, what_is_wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.ladder.delivered import Delivery
-from warmlink.orchestration.diagnosis.ladder.judged import EQUATION, UNCORRECTED
+from warmlink.orchestration.diagnosis.ladder.judged import CALIBRATED, EQUATION, UNCORRECTED
 from warmlink.orchestration.diagnosis.ladder.prediction import Predicted
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder
 
@@ -42,6 +42,17 @@ class Diagnosis(Findings):
         """What the chosen model still gets wrong, by column name."""
         best = self.assessment.best
         return what_is_wrong(self.assessment.fitter, best) if best.items else self.wrong
+
+    @cached_property
+    def left(self) -> Mapping[str, Wrong]:
+        """What the model to use from now on gets wrong on fitted rows, by column name.
+
+        Of causes that are not established it is what the uncorrected one does.
+        """
+        fit = self.adopted.fit
+        if self.delivery.model == CALIBRATED and fit is not self.before.fit:
+            return what_is_wrong(self.assessment.fitter, fit)
+        return self.remaining if self.causes or self.delivered == EQUATION else self.wrong
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:
@@ -105,8 +116,7 @@ class Diagnosis(Findings):
     def _claims(self) -> tuple[Claim, ...]:
         by_causes = self.members if self.verdict == "ambiguous" else ()
         alike = self.delivery.equations[1:] if self.delivered == EQUATION else by_causes
-        left = self.remaining if self.causes or self.delivered == EQUATION else self.wrong
-        return claims(self.experiment, self.assessment, (self.adopted, *alike), left)
+        return claims(self.experiment, self.assessment, (self.adopted, *alike), self.left)
 
     @cached_property
     def unanswered(self) -> Mapping[str, str]:

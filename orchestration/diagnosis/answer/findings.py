@@ -225,7 +225,7 @@ class Findings:
         nearest, experiment = self.held_out[1], self.experiment
         if nearest is None or nearest.in_noise <= MISSED or experiment.calibrated or experiment.rig.in_loop:
             return None
-        return plainly_calibrated(self.assessment.fitter)
+        return plainly_calibrated(self.assessment.problem)
 
     @cached_property
     def judged(self) -> JudgedModels:

@@ -39,7 +39,7 @@ _FAR = 10.0
 """Error over noise beyond which a model predicts nothing, however much better it is than another."""
 
 _CLOSE = 1.5
-"""Ratio of an error to one at which the verdict changes, within which the last digits of a search may decide."""
+"""Ratio of an error to that at which the verdict changes, within which a search's last digits may decide."""
 
 _SHARE, _NORMAL = 0.8, 1.2816
 """Quantile of the absolute errors that is looked at, and its value for normal ones of unit variance."""
