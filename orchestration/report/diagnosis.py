@@ -275,7 +275,7 @@ def write_diagnosis(
     if equation is not None and equation.extends:
         rig, values = equation.extended
     else:
-        values = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
+        values = extended_values(diagnosis.assessment.problem, diagnosis.handed_on.fit)
     compiles = store is not None and store.kind == "native"
     ssv, ssp = extended_files(diagnosis, store is not None, equation, compiles)
     proposed = _proposed(diagnosis, equation)

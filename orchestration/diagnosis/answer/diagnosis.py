@@ -86,10 +86,19 @@ class Diagnosis(Findings):
         """The model to use from now on, its remainder included if that is delivered."""
         return self.delivery.adopted
 
+    @cached_property
+    def handed_on(self) -> Predicted:
+        """The model to use from now on as it is handed on: a plain calibration, once chosen, is refitted.
+
+        How well it predicts is told of the one that was chosen. Under a learnt remainder it stays as it was.
+        """
+        refitted = self.refitted if self.delivery.model == CALIBRATED else None
+        return self.adopted if refitted is None or self.delivery.remainder is not None else refitted
+
     @property
     def calibration(self) -> Fit:
         """The fit whose calibrated numbers are shown: those of the model to use, if it was calibrated."""
-        return (self.before if self.delivery.model == UNCORRECTED else self.adopted).fit
+        return (self.before if self.delivery.model == UNCORRECTED else self.handed_on).fit
 
     @property
     def delivers(self) -> bool:
@@ -116,7 +125,7 @@ class Diagnosis(Findings):
     def _claims(self) -> tuple[Claim, ...]:
         by_causes = self.members if self.verdict == "ambiguous" else ()
         alike = self.delivery.equations[1:] if self.delivered == EQUATION else by_causes
-        return claims(self.experiment, self.assessment, (self.adopted, *alike), self.left)
+        return claims(self.experiment, self.assessment, (self.handed_on, *alike), self.left)
 
     @cached_property
     def unanswered(self) -> Mapping[str, str]:

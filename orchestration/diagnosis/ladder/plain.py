@@ -45,7 +45,8 @@ _MOST_EVALUATIONS = 15
 
 def usual_items(problem: Problem) -> tuple[Item, ...]:
     """Candidates that free a usual parameter of the machine in all runs alike."""
-    return tuple(each for each in problem.items if each.cause.usual and not each.label)
+    usual = (each for each in problem.items if each.cause.usual or each.cause.unsought)
+    return tuple(each for each in usual if not each.label)
 
 
 def plainly_calibrated(problem: Problem, progress: Progress = unseen) -> Fit | None:

@@ -13,7 +13,7 @@ from benchmarks.strange_machine import Demand, Machine
 from tests.shared_data import given
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.data.experiment import together
+from warmlink.orchestration.diagnosis.data.experiment import Experiment, together
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.fitted import Carried
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
@@ -71,7 +71,7 @@ def test_what_one_speed_and_torque_do_not_tell_apart_stays_as_usual() -> None:
 
 
 def test_a_load_that_a_log_tells_nothing_of_is_known_to_be_in_doubt() -> None:
-    """By the noise of the thermometers alone growth under another load was known to a fifth of its error."""
+    """By the noise of thermometers alone growth under other loads was known to a quarter of its error."""
     errors = calibrated()[1]
     _, after, foreseen = errors["slow and heavy"]
     assert after[-1] < 2 * foreseen[-1]
@@ -97,3 +97,37 @@ def test_causes_count_as_such_where_they_explain_the_fitted_rows(fitted: str, ru
     kept = {"_gated": ("empirical", ""), "before": "before", "after": "after", "_plainly_calibrated": None}
     found.__dict__.update(kept)
     assert list(found.models) == ["uncorrected", rung]
+
+
+def test_a_chosen_calibration_is_fitted_to_the_end_of_a_log_too_but_to_no_run_that_a_person_held_out() -> (
+    None
+):
+    log = Machine(1).run(FITTED, 0).log().drop(columns="growth [um]").iloc[::60]
+    ends_unfitted = read([log])
+    run = replace(ends_unfitted.runs[0], fit_until=np.inf)
+    all_fitted = replace(ends_unfitted, runs=(run,))
+    other = replace(run, name="other", heldout=True, readings={n: 1.1 * r for n, r in run.readings.items()})
+
+    def refitted(experiment: Experiment) -> Array:
+        found = Diagnosis(experiment, cast(Any, None))
+        scores = SimpleNamespace(predict=lambda fit: fit)
+        found.__dict__.update(_plainly_calibrated="chosen", scores=scores)
+        return cast(Any, found.refitted).theta
+
+    to_all = plainly_calibrated(Problem(all_fitted))
+    assert to_all is not None
+    assert refitted(ends_unfitted) == pytest.approx(to_all.theta)
+    assert refitted(replace(all_fitted, runs=(run, other))) == pytest.approx(to_all.theta)
+
+
+@pytest.mark.parametrize(
+    ("model", "remainder", "handed_on"),
+    [(CALIBRATED, None, "again"), (CALIBRATED, "learnt", "chosen"), (CAUSES, None, "chosen")],
+)
+def test_a_calibration_alone_is_handed_on_as_it_was_refitted(
+    model: str, remainder: str | None, handed_on: str
+) -> None:
+    found = Diagnosis(cast(Any, None), cast(Any, None))
+    delivery = SimpleNamespace(model=model, remainder=remainder, adopted="chosen")
+    found.__dict__.update(delivery=delivery, refitted="again")
+    assert cast(Any, found.handed_on) == handed_on
