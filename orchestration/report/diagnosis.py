@@ -130,7 +130,7 @@ def _causes(diagnosis: Diagnosis) -> list[Section]:
     for item in diagnosis.causes:
         rows = [_number(*each) for each in cause_entry(diagnosis, item)["parameters"].items()]
         cause = item.cause
-        near = "It is near, and not established.\n" * (diagnosis.verdict == "empirical")
+        near = "A nearest cause, not established.\n" * (diagnosis.verdict == "empirical")
         text = f"{near}{cause.sentence}\nIt looks like this: {cause.looks_like}.\nCheck: {cause.check}"
         table = PageTable(_NUMBER, rows)
         sections.append(Section(item.title, text, table))

@@ -18,7 +18,7 @@ from warmlink.orchestration.diagnosis.answer.ladder import ladder_lines, people_
 from warmlink.orchestration.diagnosis.answer.profile import calibration, calibration_doubts, met_bounds
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
 from warmlink.orchestration.diagnosis.fit.candidates import Item
-from warmlink.orchestration.diagnosis.ladder.judged import UNCORRECTED
+from warmlink.orchestration.diagnosis.ladder.judged import CALIBRATED, UNCORRECTED
 from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, difference
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
@@ -38,7 +38,9 @@ def summary(diagnosis: Diagnosis) -> str:
     )
     lines += [f"Look at the data first: {each}" for each in diagnosis.doubts[:2]]
     lines += [*filter(None, (met_bounds(diagnosis),)), *calibration_doubts(diagnosis)]
-    lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:3]]
+    # Causes that are neither established nor used leave room for what the model to use foresees.
+    most = 1 if diagnosis.delivered == CALIBRATED else 3
+    lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:most]]
     lines += [f"Check the values that you gave: {'; '.join(diagnosis.would_help)}."] * bool(
         diagnosis.would_help
     )
@@ -128,7 +130,7 @@ def _cause_line(diagnosis: Diagnosis, item: Item) -> str:
     equals = "off by" if item.cause.added else "="
     entries = list(cause_entry(diagnosis, item)["parameters"].items())[:2]
     numbers = ", ".join(_number(name, equals, entry) for name, entry in entries)
-    return f"{'Near, ' * (diagnosis.verdict == 'empirical')}{item.title}: {numbers}"
+    return f"{'Not established: ' * (diagnosis.verdict == 'empirical')}{item.title}: {numbers}"
 
 
 def _number(name: str, equals: str, of: Mapping[str, Any]) -> str:

@@ -13,6 +13,7 @@ from benchmarks.strange_machine import Demand, Machine
 from tests.shared_data import given
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, together
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.fitted import Carried
@@ -87,6 +88,9 @@ def test_causes_that_do_not_explain_a_log_are_not_delivered_for_its_end() -> Non
     assert found.verdict == "empirical"
     assert NEAREST in found.models
     assert found.delivered == CALIBRATED
+    lines = summary(found).splitlines()
+    assert sum(line.startswith("Not established: ") for line in lines) == 1
+    assert any(line.startswith("Do not use it for other duty cycles") for line in lines)
 
 
 @pytest.mark.parametrize(("fitted", "rung"), [("unknown", NEAREST), ("named", CAUSES)])
