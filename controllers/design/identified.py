@@ -19,9 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, signal
+from scipy import linalg
 
-from warmlink.controllers.design.training import DrivenRun
+from warmlink.controllers.design.training import DrivenRun, over_a_step
 from warmlink.controllers.linear_observer.model import MODES, SENSORS, features
 
 Array = NDArray[np.float64]
@@ -72,9 +72,7 @@ class LinearModel:
 
         The cooling by motion goes by the temperatures that the model itself makes.
         """
-        transition, reach, *_ = signal.cont2discrete(
-            (self.A, self.B, self.C, np.zeros_like(self.C @ self.B)), run.step
-        )
+        transition, reach = over_a_step(self.A, self.B, run.step)
         cooled = np.isin(np.arange(SENSORS), self.used)
         z, found = np.zeros(MODES), np.empty((len(run.duty), SENSORS + 1))
         for i, (speed, torque, ambient) in enumerate(run.duty.tolist()):
@@ -95,8 +93,10 @@ def features_of(run: DrivenRun, around: float, used: Sequence[int]) -> Array:
 
 def lagged(driven: Array, step: float, times: Array) -> Array:
     """First-order lags of signals that are held over a step, shape (n, times * signals)."""
+    from scipy.signal import lfilter  # to import it takes half a second, which only a design needs
+
     kept = np.exp(-step / times)
-    each = [signal.lfilter([0.0, 1.0 - a], [1.0, -a], driven, axis=0) for a in kept.tolist()]
+    each = [lfilter([0.0, 1.0 - a], [1.0, -a], driven, axis=0) for a in kept.tolist()]
     return np.concatenate(each, axis=1)
 
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
+from scipy.linalg import expm
 
-from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, cell_plant, plant_model
+from warmlink.controllers.design.plant import INPUTS, Plant, cell_plant, plant_model
 from warmlink.controllers.observer.model import TrustedDuty
 from warmlink.fmus.component import limits
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
@@ -108,8 +108,7 @@ def training_run(
     state = np.zeros(model.heat_capacity.size)
     temperature, elongation, told = [], [], []
     for duration, speed, torque, around in stages:
-        no_feedthrough = np.zeros((len(OUTPUTS), len(INPUTS)))
-        transition, reach, *_ = signal.cont2discrete((*model.at(speed), model.C, no_feedthrough), step)
+        transition, reach = over_a_step(*model.at(speed), step)
         duty = TrustedDuty(speed, torque, 0.0)
         for _ in range(round(duration / step)):
             seen = model.C @ state
@@ -123,3 +122,15 @@ def training_run(
             heat[3] = around - ROOM_TEMPERATURE
             state = transition @ state + reach @ heat
     return DrivenRun(np.array(temperature), np.array(elongation), step, np.array(told))
+
+
+def over_a_step(rates: Array, by_inputs: Array, step: float) -> tuple[Array, Array]:
+    """Transition of a linear system's states over a step in s, and the reach of inputs that are held over it.
+
+    The rates of states are `rates @ states + by_inputs @ inputs`.
+    """
+    states, inputs = by_inputs.shape
+    whole = np.zeros((states + inputs, states + inputs))
+    whole[:states] = np.hstack([rates, by_inputs])
+    solved = expm(step * whole)
+    return solved[:states, :states], solved[:states, states:]

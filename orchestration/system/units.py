@@ -18,6 +18,7 @@ from typing import Any
 from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.system import xml
 from warmlink.orchestration.text_files import shortened
 
@@ -207,7 +208,8 @@ def parse_unit(name: str) -> Unit:
         known = modelica_unit(name.replace(" ", "").replace("**", "").replace("*", "."))
         exponents = tuple(known.exponents.get(base, 0) for base in BASE_UNITS)
         return Unit(name, exponents, float(known.factor), float(known.offset))
-    return _from_pint(name, text)
+    # To import pint and to read its tables takes as long as a short run.
+    return remembered("units", (name, text), lambda: _from_pint(name, text))
 
 
 def _from_pint(name: str, text: str) -> Unit:

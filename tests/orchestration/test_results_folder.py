@@ -12,7 +12,7 @@ from warmlink.orchestration.results import RESULTS
 
 STUDY = """
 controller = "lag"
-duty_cycles = ["stop_and_go"]
+duty_cycles = ["brief.toml"]
 [parameters]
 "compensator.gain" = { min = "2 um/W", max = "8 um/W" }
 """
@@ -30,6 +30,7 @@ ARGUMENTS = {
 @pytest.fixture(autouse=True)
 def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    Path("brief.toml").write_text('duty = "stop_and_go"\nstop_time = "10 min"\n')
     Path("study.toml").write_text(STUDY)
     Path("run.csv").write_text("time [s],speed [rad/s]\n0,1\n1,1\n")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from itertools import pairwise
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.model.equations import Equations
-from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps, each_slot, nowhere
+from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps, each_slot
 from warmlink.orchestration.diagnosis.model.simulation import (
     NotSimulatedError,
     SimulatedRun,
@@ -104,36 +104,27 @@ class Forward(Simulation):
     def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> SimulatedRun:
         """What each part of the time before a row adds, if the inputs of the row act from then on.
 
-        A difference of two courses up to the next of the rows, and from there on a derivative. It is as exact
-        as the course with half of each step.
+        Differences of whole courses: what bends, such as a pad that a warmer shaft turns off, bends in each.
         """
         edges = parts_before(self.run, rows, parts)
-        steps = self._levels.steps(np.unique([*halved(self.time), *edges.ravel()]))
-        at = np.searchsorted(steps.time, edges)
-        begins = {point: place for place, point in np.ndenumerate(at[:-1])}
+        steps = self._levels.steps(np.unique([*self.time, *edges.ravel()]))
+        last, at = steps.time.size - 1, np.searchsorted(steps.time, edges)
         x, _ = self.equations.begin(z, self._p, self._table[:, 0])
-        begun = np.column_stack([x, np.zeros((x.size, rows.size * parts))])
-        step = Integrator(self.equations, z, self._p, nowhere(rows.size * parts))
-        alone, leap, sooner = Integrator(self.equations, z, self._p), 0, list[Array]()
-        count = steps.time.size - 1
-        whole = tuple(np.empty((points, *begun.shape)) for points in (count + 1, count, count))
-        for first, last in pairwise(np.unique([0, *at.ravel(), count]).tolist()):
-            here = steps.part(first, last)
-            tables = step(here, begun)
-            if first in begins:
-                part, leap = begins[first]
-                sooner = [begun[:, :1], *(sooner if part else ())]
-                here = here.on(self._table[:, rows[leap]])
-            courses = [tables, *(alone(here, each) for each in sooner)]
-            for column, (later, earlier) in enumerate(pairwise(courses), (leap + 1) * parts - len(sooner)):
-                for table, one, other in zip(tables, later, earlier, strict=True):
-                    table[:, :, 1 + column] = other[:, :, 0] - one[:, :, 0]
-            sooner = [states[-1] for states, _, _ in courses[1:]] if first in begins else []
-            begun = tables[0][-1]
-            for table, each in zip(whole, tables, strict=True):
-                table[first : first + len(each)] = each
-        values, slopes, changes, _ = self._interpolated(z, steps, self._drawn(steps, *whole), times)
-        return SimulatedRun(values, slopes, changes)
+        course = Integrator(self.equations, z, self._p)
+        logged = course(steps, x[:, None])
+        tables = [np.zeros((*each.shape[:2], 1 + rows.size * parts)) for each in logged]
+        for table, each in zip(tables, logged, strict=True):
+            table[:, :, :1] = each
+        for column, (k, part) in enumerate(product(range(rows.size), range(parts)), 1):
+            begin, end = at[parts - 1 - part, k], at[parts, k]
+            now = course(steps.part(begin, end).on(self._table[:, rows[k]]), logged[0][begin])
+            after = course(steps.part(end, last), now[0][-1])
+            joined = map(np.concatenate, zip((now[0][:-1], *now[1:]), after, strict=True))
+            for table, each, other in zip(tables, logged, joined, strict=True):
+                table[begin:, :, column] = (other - each[begin:])[:, :, 0]
+        values, slopes, changes, _ = self._interpolated(z, steps, self._drawn(steps, *tables), times)
+        each_part = np.diff(changes.reshape(*values.shape, rows.size, parts), axis=3, prepend=0.0)
+        return SimulatedRun(values, slopes, each_part.reshape(*values.shape, -1))
 
     def _integrate(self, z: Array, courses: Courses | None = None) -> _Tables:
         """States and sensitivities between steps, and their slopes at both ends of each step.

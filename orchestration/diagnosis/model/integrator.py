@@ -109,11 +109,6 @@ def each_slot(count: int) -> Courses:
     return Courses(tuple((i,) for i in range(count)), np.zeros(1))
 
 
-def nowhere(count: int) -> Courses:
-    """Courses that act on nothing: sensitivities go on as they have begun."""
-    return Courses(((),) * count, np.zeros(1))
-
-
 Acting = Sequence[tuple[Array, float]]
 """Inputs that act in a step, shape (inputs,) each, and their shares of it."""
 

@@ -158,10 +158,9 @@ class Loop(Simulation):
             loop._keep(z, 2 * fine[::2] - coarse)
         found = [loop(z, times) for loop in loops]
         values = np.stack([each.values for each in found], axis=2)
-        shape = *values.shape[:2], rows.size, parts
-        changes = (values[:, :, 1:] - values[:, :, :1]).reshape(shape)
-        changes[..., 1:] -= changes[..., :-1].copy()
-        return replace(found[0], by_slot=changes.reshape(*values.shape[:2], -1))
+        changes = (values[:, :, 1:] - values[:, :, :1]).reshape(*values.shape[:2], rows.size, parts)
+        each_part = np.diff(changes, axis=3, prepend=0.0)
+        return replace(found[0], by_slot=each_part.reshape(*values.shape[:2], -1))
 
     def _interpolated(self, values: Array, times: Array) -> Array:
         from scipy.interpolate import make_interp_spline

@@ -11,8 +11,10 @@ from benchmarks.faults import ALLOWED_READY, rig, truth_of
 from benchmarks.law_trials import AS_MODELLED
 from benchmarks.told import Outcome, Restart
 from warmlink.controllers.interface import SENSED
+from warmlink.controllers.matrices import symmetric
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
-from warmlink.controllers.observer.retained import LENGTH
+from warmlink.controllers.observer.model import HEATS, MODES, STATES, BelievedDuty
+from warmlink.controllers.observer.retained import LENGTH, Recalled, first_belief
 from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
@@ -90,3 +92,15 @@ def test_what_is_kept_survives_being_written_with_ten_digits(component: Componen
     assert after.get("predicted_elongation") == pytest.approx(
         instance.get("predicted_elongation"), abs=0.05e-6
     )
+
+
+def test_at_a_start_only_the_filters_own_doubt_holds_profiles_and_unknown_heat() -> None:
+    """Noise does not know them: what the two covariances differ by is all of that, and nothing else."""
+    p = OBSERVER.d.read(np.asarray(OBSERVER.settled(OBSERVER.start_values()[0])))
+    room = float(p.linearisation_temperature)
+    nothing = Recalled(0.0, 0.0, 1.0, np.zeros(MODES), np.zeros(MODES), np.zeros(1), 0.0, np.zeros(1))
+    found = first_belief(nothing, BelievedDuty(0.0, 0.0, room), np.full(len(SENSED), room), p, STATES)
+    doubt, noise = (symmetric(each, STATES) for each in (found.spread, found.noise_spread))
+    own = np.append(p.profile_std**2, p.disturbance_std**2 * p.disturbance_start)
+    np.testing.assert_allclose(doubt - noise, np.diag(own), atol=1e-15)
+    assert found.mean.tolist() == [0.0] * (MODES + HEATS)

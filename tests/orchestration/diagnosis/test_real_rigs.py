@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from tests.real_rigs import RIGS
@@ -12,8 +13,13 @@ from warmlink.orchestration.diagnosis.ladder.rungs import AS_GOOD
 from warmlink.orchestration.threads import one_thread
 
 
-def diagnosed(name: str, folder: Path) -> Diagnosis:
-    found = diagnose_experiment(read([RIGS[name].write(folder)]))
+def diagnosed(name: str, folder: Path, share: float = 1.0) -> Diagnosis:
+    """Diagnosis of a rig, of this share of each run."""
+    experiment = RIGS[name].write(folder)
+    for file in folder.glob("*.csv") if share < 1 else ():
+        table = pd.read_csv(file)
+        table[: round(share * len(table))].to_csv(file, index=False)
+    found = diagnose_experiment(read([experiment]))
     with one_thread():
         assert found.ladder.is_judged
     return found
@@ -72,6 +78,9 @@ def test_what_is_delivered_of_a_printers_frame_is_the_plain_fit_that_foretells_i
 @pytest.mark.platform
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
-@pytest.mark.parametrize("name", ["copper bar", "house"])
-def test_other_rigs_are_foretold_better_than_by_the_model_as_it_stands(name: str, tmp_path: Path) -> None:
-    check(diagnosed(name, tmp_path))
+@pytest.mark.parametrize(("name", "share"), [("copper bar", 0.6), ("house", 1.0)])
+def test_other_rigs_are_foretold_better_than_by_the_model_as_it_stands(
+    name: str, share: float, tmp_path: Path
+) -> None:
+    """Of the bar's five periods at each frequency, three."""
+    check(diagnosed(name, tmp_path, share))

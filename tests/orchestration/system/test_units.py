@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import time
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system import units
 from warmlink.orchestration.system.units import (
     BASE_UNITS,
     QuantityError,
@@ -154,3 +156,14 @@ def test_a_power_that_no_number_holds_is_refused_at_once(name: str) -> None:
     with pytest.raises(InputError, match="is not a"):
         parse_unit(name)
     assert time.process_time() - began < 8.0  # the first unit of all loads a library
+
+
+def test_what_pint_was_asked_once_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To import pint took a quarter of a short run."""
+    monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path))
+    parse_unit.cache_clear()
+    before = parse_unit("mNm")
+    parse_unit.cache_clear()
+    monkeypatch.setattr(units, "_registry", lambda: pytest.fail("pint is asked again"))
+    assert parse_unit("mNm") == before
+    parse_unit.cache_clear()

@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from warmlink.orchestration.diagnosis.fit.noise import SLOW, NoiseSample, Spectrum, undisturbed
+from warmlink.orchestration.diagnosis.fit.noise import (
+    LASTING,
+    SLOW,
+    NoiseModel,
+    NoiseSample,
+    Spectrum,
+    Whitener,
+    estimate,
+    undisturbed,
+)
 
 STEP, STRETCH = 10.0, 60
 
@@ -52,3 +61,32 @@ def test_no_course_slower_than_a_quarter_of_an_hour_counts(count: int) -> None:
     periods = 2 * np.pi / found.phase * STEP
     assert periods.max() <= SLOW * (1 + 1 / count)
     assert periods.max() > SLOW * 0.7, "nothing that is quicker is left out"
+
+
+def test_each_part_of_the_noise_is_correlated_over_its_own_time() -> None:
+    model = NoiseModel(0.3, slow=0.2, memory=50.0, lasting=0.1)
+    times = np.array([0.0, 50.0, LASTING])
+    found = model.covariance(times)
+    assert np.diag(found) == pytest.approx([0.3**2 + 0.2**2 + 0.1**2] * 3)
+    assert np.diag(found) == pytest.approx([model.sigma**2] * 3)
+    near, far = (0.2**2 * np.exp(-at / 50.0) + 0.1**2 * np.exp(-at / LASTING) for at in (50.0, LASTING))
+    assert found[0, 1] == found[1, 0] == pytest.approx(near)
+    assert found[0, 2] == pytest.approx(far)
+
+
+def test_whitened_they_are_independent_and_of_unit_size() -> None:
+    model = NoiseModel(0.3, slow=0.2, memory=50.0, lasting=0.1)
+    times = STEP * np.arange(40.0)
+    root = np.linalg.cholesky(model.covariance(times))
+    np.testing.assert_allclose(Whitener(model, times)(root), np.eye(40), atol=1e-9)
+
+
+def test_noise_that_is_nearly_all_correlated_is_found_so() -> None:
+    """A first-order process of 60 s and hardly anything beside it."""
+    draw, kept = np.random.default_rng(3), np.exp(-STEP / 60.0)
+    values = np.zeros(1000)
+    for i in range(1, values.size):
+        values[i] = kept * values[i - 1] + draw.normal(0.0, 0.1 * np.sqrt(1 - kept**2))
+    (found,) = estimate([Spectrum([sample(values)], 1e-6)])
+    assert found.slow > 4 * found.white
+    assert found.sigma == pytest.approx(0.1, rel=0.25)

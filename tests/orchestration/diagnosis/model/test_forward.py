@@ -120,13 +120,22 @@ def test_values_are_the_same_without_derivatives() -> None:
     assert alone(z, run.time).by_slot.shape == (run.time.size, len(OUTPUTS), 0)
 
 
-def test_a_leap_that_comes_sooner_does_what_a_run_with_a_further_row_does() -> None:
-    run = run_of(INFORMATIVE[:6], 13.0)
+PAD_GOES_OFF = (
+    Segment(1310, 2.27, 0.7, 294.5),
+    Segment.with_pad(26, 304.0, 5.0, 2.99, 293.65),
+    Segment.with_pad(600, 304.0, 5.0, 2.99, 297.0),
+)
+"""The room changes before the shaft gets warmer than its pad: what the leap before did bends only then."""
+
+
+@pytest.mark.parametrize("duty", [INFORMATIVE[:6], PAD_GOES_OFF])
+def test_a_leap_that_comes_sooner_does_what_a_run_with_a_further_row_does(duty: tuple[Segment, ...]) -> None:
+    run = run_of(duty, 13.0)
     equations = Equations(rig("WarmupCell", 10), [], OUTPUTS, derivatives=False)
     simulated, fine = Forward(equations, run, {}, FINAL), Resolution(10, 0.5, 0.05, 12.0, 3e-5)
     z = simulated.start_values()
     rows = leaps(simulated._table)
-    assert rows.size == 5
+    assert rows.size == len(duty) - 1
     found = simulated.sooner(z, run.time, rows, 2).by_slot.reshape(run.time.size, len(OUTPUTS), -1, 2)
     as_logged = Forward(equations, run, {}, fine)(z, run.time).values
     for k, row in enumerate(rows.tolist()):
