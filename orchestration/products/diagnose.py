@@ -53,7 +53,7 @@ class Found(Answer):
         """Parameters of the extended model that differ from nominal, in SI units; `run` takes them."""
         if self.equation is not None and self.equation.extends:
             return dict(self.equation.extended[1])
-        return extended_values(self.diagnosis.assessment.problem, self.diagnosis.adopted.fit)
+        return extended_values(self.diagnosis.assessment.problem, self.diagnosis.handed_on.fit)
 
     def summary(self) -> str:
         """At most ten lines of plain words, and what was found of an equation if one was looked for."""

@@ -53,6 +53,10 @@ _RANKED, _FEWEST = 10, 6
 """Sets in the ranking at most; and at least, where so many were thought of."""
 
 SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report.html"
+_USUAL = (
+    "The machine's usual parameters, fitted together, each held near its usual value as far as the log does "
+    "not tell it. The intervals count what such a model lacks."
+)
 VIRTUAL = "VirtualMeasurement.fmu"  # the growth by what thermometers read
 
 
@@ -109,6 +113,7 @@ def _growing(diagnosis: Diagnosis) -> str:
 def _calibrated(diagnosis: Diagnosis) -> list[Section]:
     rows = [(*_number(c.name, asdict(c)), ", ".join(c.alike) or "-") for c in calibration(diagnosis)]
     text = "Numbers that every model fits, as the experiment asks; here those of the model to use."
+    text = text if diagnosis.experiment.calibrated else _USUAL
     told, table = [text, *calibration_doubts(diagnosis)], PageTable((*_NUMBER, "not told apart from"), rows)
     return [Section("Calibrated", "\n".join(told), table, warning=met_bounds(diagnosis))] if rows else []
 
@@ -125,7 +130,8 @@ def _causes(diagnosis: Diagnosis) -> list[Section]:
     for item in diagnosis.causes:
         rows = [_number(*each) for each in cause_entry(diagnosis, item)["parameters"].items()]
         cause = item.cause
-        text = f"{cause.sentence}\nIt looks like this: {cause.looks_like}.\nCheck: {cause.check}"
+        near = "A nearest cause, not established.\n" * (diagnosis.verdict == "empirical")
+        text = f"{near}{cause.sentence}\nIt looks like this: {cause.looks_like}.\nCheck: {cause.check}"
         table = PageTable(_NUMBER, rows)
         sections.append(Section(item.title, text, table))
     profiles = profiles_of(diagnosis.assessment) if diagnosis.causes else []
@@ -269,7 +275,7 @@ def write_diagnosis(
     if equation is not None and equation.extends:
         rig, values = equation.extended
     else:
-        values = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
+        values = extended_values(diagnosis.assessment.problem, diagnosis.handed_on.fit)
     compiles = store is not None and store.kind == "native"
     ssv, ssp = extended_files(diagnosis, store is not None, equation, compiles)
     proposed = _proposed(diagnosis, equation)

@@ -158,7 +158,7 @@ def heat_sections(courses: Sequence[MissingHeat]) -> list[Section]:
     sections = []
     for each in courses:
         figure = heat_figure(each.time, each.heat, each.deviation)
-        text = f"If all that is wrong were heat into the shaft, {each.sentence}"
+        text = f"To make up for all that is wrong, {each.sentence}"
         sections.append(Section(f"When heat is missing: {each.run}", text, figure=figure))
     return sections
 

@@ -18,6 +18,7 @@ from warmlink.orchestration.diagnosis.answer.ladder import ladder_lines, people_
 from warmlink.orchestration.diagnosis.answer.profile import calibration, calibration_doubts, met_bounds
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
 from warmlink.orchestration.diagnosis.fit.candidates import Item
+from warmlink.orchestration.diagnosis.ladder.judged import CALIBRATED, UNCORRECTED
 from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, difference
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
@@ -37,7 +38,9 @@ def summary(diagnosis: Diagnosis) -> str:
     )
     lines += [f"Look at the data first: {each}" for each in diagnosis.doubts[:2]]
     lines += [*filter(None, (met_bounds(diagnosis),)), *calibration_doubts(diagnosis)]
-    lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:3]]
+    # Causes that are neither established nor used leave room for what the model to use foresees.
+    most = 1 if diagnosis.delivered == CALIBRATED else 3
+    lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:most]]
     lines += [f"Check the values that you gave: {'; '.join(diagnosis.would_help)}."] * bool(
         diagnosis.would_help
     )
@@ -126,7 +129,8 @@ def _paused(diagnosis: Diagnosis) -> str:
 def _cause_line(diagnosis: Diagnosis, item: Item) -> str:
     equals = "off by" if item.cause.added else "="
     entries = list(cause_entry(diagnosis, item)["parameters"].items())[:2]
-    return f"{item.title}: {', '.join(_number(name, equals, entry) for name, entry in entries)}"
+    numbers = ", ".join(_number(name, equals, entry) for name, entry in entries)
+    return f"{'Not established: ' * (diagnosis.verdict == 'empirical')}{item.title}: {numbers}"
 
 
 def _number(name: str, equals: str, of: Mapping[str, Any]) -> str:
@@ -141,10 +145,11 @@ def _during(phase: str) -> str:
 
 
 def _gain_lines(diagnosis: Diagnosis) -> list[str]:
-    """What the causes that were found gain: on these data, in an observer, and in other duty cycles."""
+    """What the model to use gains: on these data, in an observer, and in other duty cycles."""
+    model = diagnosis.after if diagnosis.delivered == UNCORRECTED else diagnosis.adopted
     parts = [
         f"{errors['rmse_before']:.3g} before and {errors['rmse_after']:.3g} after on {word} rows"
-        for word, errors in _errors(diagnosis, diagnosis.after)
+        for word, errors in _errors(diagnosis, model)
     ]
     lines = [f"Error as a multiple of the noise: {'; '.join(parts)}{_in_units(diagnosis)}."]
     if diagnosis.observer is not None:
@@ -169,7 +174,7 @@ def _gain_lines(diagnosis: Diagnosis) -> list[str]:
 
 def _in_units(diagnosis: Diagnosis) -> str:
     """The same on fitted rows in the unit of the channel that was off most."""
-    before, after = diagnosis.wrong, diagnosis.remaining
+    before, after = diagnosis.wrong, diagnosis.left
     name = max(before, key=lambda each: before[each].rmse / before[each].noise)
     entries = (wrong_entries(diagnosis, each)[name] for each in (before, after))
     first, then = (f"{each['rmse']:.3g}" for each in entries)

@@ -41,6 +41,7 @@ class Cause(Table):
     covariate : input whose column the cause needs
     at_work : whether it may change while a machine is at work, so that `watch` looks for it
     usual : whether a plain calibration of a machine, which looks for no cause, fits it
+    unsought : whether that alone fits it: it is no candidate of a search, and not watched for
     declared : whether a person declared it, so that it frees exactly the variables that it names
     kind : what it belongs to; a cause of kind "simulation" is checked before all others, and not fitted
     """
@@ -64,6 +65,7 @@ class Cause(Table):
     covariate: Annotated[str | None, Text("neighbour_temperature")] = None
     at_work: Annotated[bool, Flag()] = False
     usual: Annotated[bool, Flag()] = False
+    unsought: Annotated[bool, Flag()] = False
     declared: Annotated[bool, Flag()] = False
     kind: Annotated[Kind, OneOf(get_args(Kind))] = "plant"
 
