@@ -32,7 +32,9 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.ladder.judged import EQUATION
 from warmlink.orchestration.diagnosis.ladder.wired import predictor_file
-from warmlink.orchestration.diagnosis.terms.words import Equation, content_with, summary_with
+from warmlink.orchestration.diagnosis.terms.entries import content_with
+from warmlink.orchestration.diagnosis.terms.equation import Equation
+from warmlink.orchestration.diagnosis.terms.words import summary_with
 from warmlink.orchestration.report.diagnosis_figures import (
     equation_sections,
     heat_sections,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
+from warmlink.orchestration.diagnosis.causes.catalogue import with_twins
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
@@ -115,7 +115,7 @@ def discover(
     search = TermSearch(assessment, missing, progress)
     by_causes, causes = _catalogue_score(search, verdict)
     explaining = search.run(by_causes + NEAR)
-    found = Discovery(
+    nothing = Discovery(
         "none",
         tried=next(iter(search.tried), None),
         missing=missing.heat(),
@@ -124,10 +124,40 @@ def discover(
     )
     margin = by_causes - min((each.score for each in explaining), default=np.inf)
     if margin < -NEAR and np.isfinite(by_causes):
-        because = f"the catalogue explains the run, by {_named(causes)}"
-        return replace(found, finding="catalogue", because=because)
+        return replace(nothing, finding="catalogue", because="the catalogue explains the run")
     if not explaining:
-        return replace(found, because=_NO_GAIN if search.needs_none else _NO_TERM)
+        return replace(nothing, because=_NO_GAIN if search.needs_none else _NO_TERM)
+    wander = assessment.fitter.wander
+    passed, why = _through_the_gates(
+        _best_of(explaining, missing),
+        missing,
+        before,
+        experiment,
+        lambda model: foretold(model, experiment, scores, wander),
+    )
+    if not passed:
+        return replace(nothing, because=why[:1].lower() + why[1:].removesuffix("."))
+    members = [each for each, _ in passed]
+    if as_well := _causes_as_well(members, assessment, verdict, margin, causes):
+        # Their own forms are no other explanations.
+        own = {*as_well, *causes}
+        passed = [(each, said) for each, said in passed if _disguise(each) not in own]
+    elif len(passed) == 1 and (cause := _disguise(members[0])):
+        as_well, passed = (cause,), []
+    if not passed:
+        because = f"the missing heat is {with_twins(as_well)} of the catalogue"
+        return replace(nothing, finding="catalogue", because=because)
+    return replace(
+        nothing,
+        finding="equation" if len(passed) == 1 and not as_well else "ambiguous",
+        members=tuple(each for each, _ in passed),
+        foretold=tuple(each for _, each in passed),
+        causes=as_well,
+    )
+
+
+def _best_of(explaining: Sequence[FittedTerms], missing: Missing) -> list[FittedTerms]:
+    """The best model, and those that data do not tell from it, but for those with a number that is idle."""
     best = explaining[0]
     near = [
         each
@@ -135,29 +165,7 @@ def discover(
         if is_near(each.score - best.score, each.model.fit.chi2 - best.model.fit.chi2)
     ]
     linear = [LinearFit(missing, each.model.refitted().candidates) for each in near]
-    near = [near[i] for i in without_idle_numbers(linear)][:MOST_MEMBERS]
-    wander = assessment.fitter.wander
-    passed, why = _through_the_gates(
-        near, missing, before, experiment, lambda model: foretold(model, experiment, scores, wander)
-    )
-    if not passed:
-        return replace(found, because=why[:1].lower() + why[1:].removesuffix("."))
-    if as_well := _causes_as_well([each for each, _ in passed], assessment, verdict, margin, causes):
-        # Their own forms are no other explanations.
-        own = {*as_well, *causes}
-        causes, passed = as_well, [(each, said) for each, said in passed if _disguise(each) not in own]
-        if not passed:
-            because = f"the missing heat is {_named(causes)} of the catalogue"
-            return replace(found, finding="catalogue", because=because)
-        found = replace(found, causes=causes)
-    found = replace(
-        found, members=tuple(each for each, _ in passed), foretold=tuple(each for _, each in passed)
-    )
-    if (cause := _disguise(found.best)) and len(passed) == 1 and not found.causes:
-        return replace(
-            found, finding="catalogue", because=f"the missing heat is {_named([cause])} of the catalogue"
-        )
-    return replace(found, finding="equation" if len(passed) == 1 and not found.causes else "ambiguous")
+    return [near[i] for i in without_idle_numbers(linear)][:MOST_MEMBERS]
 
 
 def _through_the_gates(
@@ -183,12 +191,6 @@ def _through_the_gates(
         why = why or fault
     # What the fitted rows cannot tell apart, those held out rank.
     return sorted(passed, key=lambda each: each[1].held_out.in_noise if each[1].held_out else 0.0), why
-
-
-def _named(causes: Iterable[str]) -> str:
-    """Names of causes, each with those that no data tell from it."""
-    every = ((name, [each.name for each in catalogue() if each.twin_of == name]) for name in causes)
-    return " and ".join(" or ".join([name, *twins]) for name, twins in every)
 
 
 def _causes_as_well(

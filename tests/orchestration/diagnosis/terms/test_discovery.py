@@ -21,14 +21,10 @@ from warmlink.orchestration.diagnosis.practice.hidden_terms import hidden_term
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.diagnosis.terms import library, search
 from warmlink.orchestration.diagnosis.terms.discovery import _catalogue_score, _causes_as_well, discover
+from warmlink.orchestration.diagnosis.terms.entries import content_with
+from warmlink.orchestration.diagnosis.terms.equation import Equation, discovered, is_due
 from warmlink.orchestration.diagnosis.terms.missing import Missing
-from warmlink.orchestration.diagnosis.terms.words import (
-    Equation,
-    content_with,
-    discovered,
-    is_due,
-    summary_with,
-)
+from warmlink.orchestration.diagnosis.terms.words import equation_of, sentences, summary_with
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import rig_in
 from warmlink.orchestration.machine.rig import rig
@@ -165,13 +161,13 @@ def test_what_explains_a_run_as_well_as_its_cause_is_said_with_the_verdict(
     vars(diagnosis)["verdict_and_reason"] = ("named", "")
     by_causes = "run: named\nFound: a cause.\nTo use from now on: the model with the causes."
     monkeypatch.setattr("warmlink.orchestration.diagnosis.terms.words.summary", lambda _: by_causes)
-    both = Equation(diagnosis, replace(found.discovery, finding="ambiguous", causes=("housing_heat_loss",)))
+    both = Equation(diagnosis, replace(found.discovery, finding="ambiguous", causes=("coulomb_friction",)))
     vars(both)["proposed"] = Proposed((), "a duty cycle tells them apart.", 9.0, 1.0)
     title, cause, apart, *rest = summary_with(diagnosis, both).splitlines()
     assert title.endswith("named; equations explain it as well")
     assert cause == "Found: a cause."
     assert apart == "These data cannot tell 2 explanations apart:"
-    assert "  or the cause housing_heat_loss" in rest
+    assert "  or the cause coulomb_friction or backlash_heat" in rest
     assert [each for each in rest if each.startswith("Next: ")] == rest[-1:]
 
 
@@ -216,6 +212,9 @@ def test_a_cause_in_disguise_gets_its_name(few_forms: object, tmp_path: Path) ->
     found = discovered(diagnosed(tmp_path, "shaft: 1.5 * speed"))
     assert found.discovery.finding == "catalogue"
     assert "coulomb_friction" in found.discovery.because
+    assert found.discovery.tried is not None
+    told = equation_of(found.discovery.tried.model)
+    assert told.endswith(", which is coulomb_friction or backlash_heat of the catalogue")
     assert not found.extends
 
 
@@ -247,7 +246,7 @@ def test_a_loop_of_unknown_fmus_is_told_so(found: Equation) -> None:
     assert said.finding == "none"
     assert "in a loop" in said.because
     assert "[term.NAME]" in said.because
-    told = Equation(diagnosis, said).lines()
+    told = sentences(Equation(diagnosis, said))
     assert told[0].startswith("No equation was looked for: FMUs of this machine")
 
 
