@@ -65,6 +65,7 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
     nearest = " (the nearest causes, none of which explains it)" if diagnosis.verdict == "unknown" else ""
     nearest = " (that with the equation)" if diagnosis.delivered == EQUATION else nearest
     by_equation, leads = ([], False) if equation is None else (equation_sections(equation), equation.leads)
+    by_place = equation is not None and bool(equation.discovery.missing)
     sections = [
         Section("In short", "\n".join(lines), warning=_growing(diagnosis)),
         *(by_equation if leads else []),
@@ -73,7 +74,7 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
         *_calibrated(diagnosis),
         *_causes(diagnosis),
         *([] if leads else by_equation),
-        *([] if by_equation and leads else heat_sections(diagnosis.missing_heat)),
+        *([] if by_place else heat_sections(diagnosis.missing_heat)),
         *run_sections(diagnosis),
         Section(
             "What the simulation gets wrong",

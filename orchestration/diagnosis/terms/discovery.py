@@ -180,17 +180,20 @@ def _through_the_gates(
     whole = missing.followed.logged(experiment)
     for each in near:
         fault = unstable(each.model, missing)
-        for model in () if fault else with_other_levels(each.model, whole):
-            said = foretelling(model)
-            refused = refused_by_held_out(before, said.held_out)
-            if not refused:
-                passed.append((replace(each, model=model), said))
-                fault = ""
-                break
-            fault = fault or refused
-        why = why or fault
+        levels = () if fault else with_other_levels(each.model, whole)
+        tried = [(replace(each, model=model), foretelling(model)) for model in levels]
+        refused = [refused_by_held_out(before, said.held_out) for _, said in tried]
+        borne_out = [pair for pair, against in zip(tried, refused, strict=True) if not against]
+        passed += sorted(borne_out, key=_held_out)[:1]
+        why = why or fault or ("" if borne_out else refused[0])
     # What the fitted rows cannot tell apart, those held out rank.
-    return sorted(passed, key=lambda each: each[1].held_out.in_noise if each[1].held_out else 0.0), why
+    return sorted(passed, key=_held_out), why
+
+
+def _held_out(pair: tuple[FittedTerms, Foretold]) -> float:
+    """Held-out error of a model that was tried, in units of the noise; 0 where no rows are held out."""
+    held_out = pair[1].held_out
+    return held_out.in_noise if held_out else 0.0
 
 
 def _causes_as_well(

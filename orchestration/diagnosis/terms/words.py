@@ -79,9 +79,9 @@ def numbers_of(candidate: Candidate, values: Mapping[str, tuple[float, float]]) 
 
 def summary_with(diagnosis: Diagnosis, equation: Equation | None) -> str:
     """The diagnosis in plain words, with what was found of an equation behind the verdict."""
-    lines = summary(diagnosis).splitlines()
     if equation is None:
-        return "\n".join(lines)
+        return summary(diagnosis)
+    lines = summary(diagnosis, not equation.discovery.missing).splitlines()
     if not equation.extends:
         lines = [each for each in lines if not (equation.proposed and each.startswith("Next: "))]
         own = sentences(equation)

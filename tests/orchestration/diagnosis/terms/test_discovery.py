@@ -17,13 +17,21 @@ from warmlink.orchestration.diagnosis.answer.ladder import table_of
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
+from warmlink.orchestration.diagnosis.ladder.prediction import HeldOut
 from warmlink.orchestration.diagnosis.practice.hidden_terms import hidden_term
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
-from warmlink.orchestration.diagnosis.terms import library, search
-from warmlink.orchestration.diagnosis.terms.discovery import _catalogue_score, _causes_as_well, discover
+from warmlink.orchestration.diagnosis.terms import discovery, library, search
+from warmlink.orchestration.diagnosis.terms.discovery import (
+    _catalogue_score,
+    _causes_as_well,
+    _through_the_gates,
+    discover,
+)
 from warmlink.orchestration.diagnosis.terms.entries import content_with
 from warmlink.orchestration.diagnosis.terms.equation import Equation, discovered, is_due
+from warmlink.orchestration.diagnosis.terms.gates import Foretold
 from warmlink.orchestration.diagnosis.terms.missing import Missing
+from warmlink.orchestration.diagnosis.terms.modelled import Chosen, Modelled
 from warmlink.orchestration.diagnosis.terms.words import equation_of, sentences, summary_with
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import rig_in
@@ -53,6 +61,7 @@ SOME = (
     "speed above a dead zone",
     "memory of speed",
 )
+THERMOSTAT = next(each for each in library.FORMS if each.about == "switched on by cold surroundings")
 
 
 def diagnosed(folder: Path, *terms: str, **effects: float) -> Diagnosis:
@@ -160,7 +169,7 @@ def test_what_explains_a_run_as_well_as_its_cause_is_said_with_the_verdict(
     diagnosis = Diagnosis(found.diagnosis.experiment, found.diagnosis.assessment)
     vars(diagnosis)["verdict_and_reason"] = ("named", "")
     by_causes = "run: named\nFound: a cause.\nTo use from now on: the model with the causes."
-    monkeypatch.setattr("warmlink.orchestration.diagnosis.terms.words.summary", lambda _: by_causes)
+    monkeypatch.setattr("warmlink.orchestration.diagnosis.terms.words.summary", lambda *_: by_causes)
     both = Equation(diagnosis, replace(found.discovery, finding="ambiguous", causes=("coulomb_friction",)))
     vars(both)["proposed"] = Proposed((), "a duty cycle tells them apart.", 9.0, 1.0)
     title, cause, apart, *rest = summary_with(diagnosis, both).splitlines()
@@ -169,6 +178,19 @@ def test_what_explains_a_run_as_well_as_its_cause_is_said_with_the_verdict(
     assert apart == "These data cannot tell 2 explanations apart:"
     assert "  or the cause coulomb_friction or backlash_heat" in rest
     assert [each for each in rest if each.startswith("Next: ")] == rest[-1:]
+
+
+def test_no_hint_by_fewer_forms_stands_beside_a_search(found: Equation) -> None:
+    """It named another form than the best that was tried, and the missing heat a second time."""
+    experiment = replace(found.diagnosis.experiment, with_shipped=True)
+    diagnosis = Diagnosis(experiment, found.diagnosis.assessment)
+    vars(diagnosis)["proposed"] = None
+    none = Equation(diagnosis, replace(found.discovery, finding="none", because="none explains it"))
+    hints = ("A hint only", "To make up for what is wrong, heat into the shaft")
+    assert all(each in summary_with(diagnosis, None) for each in hints)
+    told = summary_with(diagnosis, none)
+    assert "Missing heat, if all of it enters one place" in told
+    assert not any(each in told for each in hints)
 
 
 def test_the_extended_system_has_it_as_a_component(found: Equation, tmp_path: Path) -> None:
@@ -279,6 +301,29 @@ def test_a_cause_by_another_name_explains_a_run_as_well_as_its_equation() -> Non
     assert _causes_as_well(members[1:], assessment, "ambiguous", 16.3, best) == ()
     assert _causes_as_well(members, assessment, "unknown", 16.3, best) == ()
     assert _causes_as_well(members[1:], assessment, "ambiguous", 3.0, best) == best
+
+
+def test_held_out_rows_say_between_which_levels_a_switch_lies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The middle of the fitted levels passed the gate, so that better ones were not looked at."""
+    monkeypatch.setattr(discovery, "unstable", lambda *_: "")
+    levels = replace(THERMOSTAT.shapes[0], levels=(294.0, 296.0))
+    candidate = library.Candidate(replace(THERMOSTAT, shapes=(levels,)), "base", (295.0,))
+    nothing: Any = None
+    model = Modelled(Chosen((candidate,), (1.0,), (1.0,)), nothing, nothing, nothing)
+    ambient = np.array([294.0, 294.6, 295.4, 296.0])
+    followed = SimpleNamespace(logged=lambda _: [{"ambient_temperature": ambient}])
+    missing: Any = SimpleNamespace(followed=followed)
+
+    def foretelling(model: Modelled) -> Foretold:
+        off = abs(model.chosen.candidates[0].shape[0] - 294.3)
+        return Foretold(nothing, HeldOut({"elongation": 1.0}, 1.0 + off))
+
+    before = HeldOut({"elongation": 50.0}, 50.0)
+    near = [search.FittedTerms(model, 0.0, 1.0)]
+    ((found, said),), _ = _through_the_gates(near, missing, before, nothing, foretelling)
+    assert found.model.chosen.candidates[0].shape == pytest.approx((294.3,))
+    assert said.held_out is not None
+    assert said.held_out.in_noise == pytest.approx(1.0)
 
 
 def test_what_readings_answer_is_what_a_small_heat_does(found: Equation) -> None:
