@@ -40,6 +40,8 @@ _LOOP = (
 _NO_TERM = "none of the candidates explains the run to within the noise"
 _NO_GAIN = "surroundings that wander explain the run, so that no term is worth its description"
 
+_BEATEN = "causes leave less of the fitted rows, though the held-out rows do not bear them out"
+
 MOST_MEMBERS = 12
 """Equations of a set, at most."""
 
@@ -127,6 +129,9 @@ def discover(
         return replace(nothing, finding="catalogue", because="the catalogue explains the run")
     if not explaining:
         return replace(nothing, because=_NO_GAIN if search.needs_none else _NO_TERM)
+    explaining = _not_beaten(explaining, assessment)
+    if not explaining:
+        return replace(nothing, because=_BEATEN)
     wander = assessment.fitter.wander
     passed, why = _through_the_gates(
         _best_of(explaining, missing),
@@ -154,6 +159,14 @@ def discover(
         foretold=tuple(each for _, each in passed),
         causes=as_well,
     )
+
+
+def _not_beaten(explaining: Sequence[FittedTerms], assessment: Assessment) -> list[FittedTerms]:
+    """Models that leave no more of the fitted rows than causes, whatever held-out rows say of these."""
+    if assessment.word not in ("named", "ambiguous"):
+        return list(explaining)
+    least = min(fit.chi2 for fit in (assessment.best, *assessment.rivals))
+    return [each for each in explaining if each.model.fit.chi2 - least < NEAR]
 
 
 def _best_of(explaining: Sequence[FittedTerms], missing: Missing) -> list[FittedTerms]:

@@ -24,6 +24,7 @@ from warmlink.orchestration.diagnosis.terms import discovery, library, search
 from warmlink.orchestration.diagnosis.terms.discovery import (
     _catalogue_score,
     _causes_as_well,
+    _not_beaten,
     _through_the_gates,
     discover,
 )
@@ -301,6 +302,17 @@ def test_a_cause_by_another_name_explains_a_run_as_well_as_its_equation() -> Non
     assert _causes_as_well(members[1:], assessment, "ambiguous", 16.3, best) == ()
     assert _causes_as_well(members, assessment, "unknown", 16.3, best) == ()
     assert _causes_as_well(members[1:], assessment, "ambiguous", 3.0, best) == best
+
+
+@pytest.mark.parametrize(
+    ("word", "left", "kept"), [("named", 3406.0, 0), ("named", 3099.0, 1), ("unknown", 3406.0, 1)]
+)
+def test_what_leaves_more_than_a_cause_is_not_believed(word: str, left: float, kept: int) -> None:
+    """A clock was off, held-out rows did not bear it out, and two switches were said to make heat instead."""
+    assessment: Any = SimpleNamespace(word=word, best=SimpleNamespace(chi2=3096.0), rivals=())
+    model: Any = SimpleNamespace(fit=SimpleNamespace(chi2=left))
+    switches = search.FittedTerms(model, left + 52.0, 0.08)
+    assert len(_not_beaten([switches], assessment)) == kept
 
 
 def test_held_out_rows_say_between_which_levels_a_switch_lies(monkeypatch: pytest.MonkeyPatch) -> None:
