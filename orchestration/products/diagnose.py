@@ -18,13 +18,9 @@ from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read, work_out
-from warmlink.orchestration.diagnosis.terms.words import (
-    Equation,
-    content_with,
-    discovered,
-    is_due,
-    summary_with,
-)
+from warmlink.orchestration.diagnosis.terms.entries import content_with
+from warmlink.orchestration.diagnosis.terms.equation import Equation, discovered, is_due
+from warmlink.orchestration.diagnosis.terms.words import summary_with
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner

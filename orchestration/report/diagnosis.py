@@ -32,7 +32,9 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.ladder.judged import EQUATION
 from warmlink.orchestration.diagnosis.ladder.wired import predictor_file
-from warmlink.orchestration.diagnosis.terms.words import Equation, content_with, summary_with
+from warmlink.orchestration.diagnosis.terms.entries import content_with
+from warmlink.orchestration.diagnosis.terms.equation import Equation
+from warmlink.orchestration.diagnosis.terms.words import summary_with
 from warmlink.orchestration.report.diagnosis_figures import (
     equation_sections,
     heat_sections,
@@ -67,6 +69,7 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
     nearest = " (the nearest causes, none of which explains it)" if diagnosis.verdict == "unknown" else ""
     nearest = " (that with the equation)" if diagnosis.delivered == EQUATION else nearest
     by_equation, leads = ([], False) if equation is None else (equation_sections(equation), equation.leads)
+    by_place = equation is not None and bool(equation.discovery.missing)
     sections = [
         Section("In short", "\n".join(lines), warning=_growing(diagnosis)),
         *(by_equation if leads else []),
@@ -75,7 +78,7 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
         *_calibrated(diagnosis),
         *_causes(diagnosis),
         *([] if leads else by_equation),
-        *([] if by_equation and leads else heat_sections(diagnosis.missing_heat)),
+        *([] if by_place else heat_sections(diagnosis.missing_heat)),
         *run_sections(diagnosis),
         Section(
             "What the simulation gets wrong",

@@ -23,8 +23,11 @@ from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, differ
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
 
-def summary(diagnosis: Diagnosis) -> str:
-    """Say in at most ten lines of plain words what was found; of a calibration all that was calibrated."""
+def summary(diagnosis: Diagnosis, hinted: bool = True) -> str:
+    """Say in at most ten lines of plain words what was found; of a calibration all that was calibrated.
+
+    Without `hinted` it says nothing of heat that may be missing, which a search for an equation tells better.
+    """
     if diagnosis.experiment.only_calibrated or not diagnosis.experiment.catalogue:
         return _calibrated(diagnosis)
     lines = [f"{diagnosis.experiment.title}: {diagnosis.verdict}", *_slip_lines(diagnosis)]
@@ -49,7 +52,8 @@ def summary(diagnosis: Diagnosis) -> str:
         lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")
         lines += _gain_lines(diagnosis)
     if diagnosis.hint is not None:
-        lines += _unknown_lines(diagnosis, diagnosis.hint)
+        lines.append(_left_line(diagnosis))
+        lines += _hint_lines(diagnosis, diagnosis.hint) if hinted else []
     elif diagnosis.verdict == "unknown":
         lines.append(difference(diagnosis.experiment))
     if diagnosis.proposed is not None:
@@ -182,12 +186,15 @@ def _in_units(diagnosis: Diagnosis) -> str:
     return f" ({name} from {first} to {then} {unit} rms)"
 
 
-def _unknown_lines(diagnosis: Diagnosis, hint: Hint) -> list[str]:
+def _left_line(diagnosis: Diagnosis) -> str:
     name, left = max(diagnosis.remaining.items(), key=lambda pair: pair[1].rmse / pair[1].noise)
     follows = f" It follows {left.correlates_with[0][0]}." if left.correlates_with else ""
     when = f" while {left.when[0]}" if left.when and not left.when[0].startswith("after") else ""
+    return f"What the nearest causes leave stands out in {name}{when}.{follows}"
+
+
+def _hint_lines(diagnosis: Diagnosis, hint: Hint) -> list[str]:
     return [
-        f"What the nearest causes leave stands out in {name}{when}.{follows}",
         f"A hint only: {hint.sentence}",
         *(f"To make up for what is wrong, {each.sentence}" for each in diagnosis.missing_heat[:1]),
     ]

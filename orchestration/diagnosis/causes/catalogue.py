@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -83,6 +84,12 @@ def catalogue() -> tuple[Cause, ...]:
                 raise each.refused(f"another cause is called {path.stem}")
             found[path.stem] = read_cause(path)
     return tuple(found.values())
+
+
+def with_twins(names: Iterable[str]) -> str:
+    """Names of causes as in a sentence, each with the causes that no log tells from it."""
+    every = ((name, [each.name for each in catalogue() if each.twin_of == name]) for name in names)
+    return " and ".join(" or ".join([name, *twins]) for name, twins in every)
 
 
 def read_cause(path: Path) -> Cause:
