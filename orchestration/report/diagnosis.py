@@ -14,7 +14,6 @@ import numpy as np
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import (
     cause_entry,
-    errors_by_run,
     errors_in_noise,
     wrong_entries,
 )
@@ -41,10 +40,9 @@ from warmlink.orchestration.report.diagnosis_figures import (
     profile_figure,
     run_sections,
 )
-from warmlink.orchestration.report.ladder import ladder_sections
+from warmlink.orchestration.report.ladder import improvement_sections, ladder_sections
 from warmlink.orchestration.report.page import PageTable, Section, write_page
 from warmlink.orchestration.results import ASKED, results_folder
-from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 from warmlink.orchestration.system.ssp.parameter_values import write_ssv
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -98,8 +96,7 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
             _ranking(diagnosis),
         ),
         *([] if (proposed := _proposed(diagnosis, equation)) is None else [_next(proposed)]),
-        Section("The improvement", _gain_text(diagnosis), _gain_table(diagnosis)),
-        *_beyond(diagnosis),
+        *improvement_sections(diagnosis),
     ]
     write_page(path, title, lead, sections)
 
@@ -207,61 +204,6 @@ def _next(proposed: Proposed) -> Section:
     if times > 1:
         text += f"\nThe stages below are gone through {times} times."
     return Section("The next experiment", text, table)
-
-
-def _gain_text(diagnosis: Diagnosis) -> str:
-    if not diagnosis.causes and diagnosis.delivered != EQUATION:
-        return "No cause is added, so nothing changes."
-    told = []
-    for words, pair in (
-        ("the model's elongation is taken out as a feed-forward", diagnosis.feed_forward),
-        ("the observer designed on the model goes by the thermometers", diagnosis.observer),
-    ):
-        if pair is not None:
-            first, then = (
-                f"{1e6 * each.largest:.2f} µm ({1e6 * each.low95:.2f} to {1e6 * each.high95:.2f})"
-                for each in pair
-            )
-            told.append(f"{first} before, {then} after, when {words}.")
-    heading = "Largest error of the tool point, of two-minute means (95 %):"
-    return "\n".join([heading, *told]) if told else ""
-
-
-def _beyond(diagnosis: Diagnosis) -> list[Section]:
-    """What the model says of other duty cycles."""
-    rows = []
-    for each in diagnosis.claims:
-        lengths = (f"{1e6 * value:.3g}" for value in (each.largest, each.change, each.widest))
-        rows.append((each.duty, *lengths, "yes" if each.holds else "no"))
-    if not rows:
-        why = "\n".join(f"{each}." for each in dict.fromkeys(diagnosis.unanswered.values()))
-        return [Section("Other duty cycles", f"Not foreseen. {why}")] if why else []
-    text = (
-        "Elongation that the model to use from now on foresees. The band holds what these data leave open: "
-        "the strengths, what wanders, models that fit alike, causes too weak to be seen here, and what is "
-        "unexplained."
-    )
-    within = f"within ±{1e6 * DEFAULT_TOLERANCE:g} µm"
-    headings = ("duty cycle", "largest [µm]", "changed by [µm]", "95 % band [µm]", within)
-    return [Section("Other duty cycles", text, PageTable(headings, rows))]
-
-
-def _gain_table(diagnosis: Diagnosis) -> PageTable:
-    rows = []
-    for word, heldout in (("fitted rows", False), ("held-out rows", True)):
-        errors = errors_in_noise(diagnosis, diagnosis.adopted, heldout)
-        if errors is not None:
-            first, then = (
-                f"{errors[key]:.3g} ({errors[f'{key}_95'][0]:.3g} to {errors[f'{key}_95'][1]:.3g})"
-                for key in ("rmse_before", "rmse_after")
-            )
-            rows.append((f"{word} [sigma]", first, then))
-    for run, channels in errors_by_run(diagnosis, diagnosis.adopted).items():
-        rows += [
-            (f"{run}: {name} [{each['unit']}]", f"{each['rmse_before']:.3g}", f"{each['rmse_after']:.3g}")
-            for name, each in channels.items()
-        ]
-    return PageTable(("RMSE (95 % interval)", "before", "after"), rows)
 
 
 def write_diagnosis(
