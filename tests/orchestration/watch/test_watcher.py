@@ -15,6 +15,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.watch.state import restored, saved
 from warmlink.orchestration.watch.watcher import Standing
 
+pytestmark = pytest.mark.xdist_group("sound cell")  # which one worker makes
+
 Events = list[dict[str, Any]]
 
 
