@@ -6,6 +6,10 @@ test with windows that fade (M. Basseville and I. V. Nikiforov, Detection of Abr
 many as it takes to see the rate that is aimed at, a tenth of the stated one. What a short sound part does not
 tell counts against an alarm: every made-up machine has weights of the blocks and a size of the noise of its
 own (D. B. Rubin, "The Bayesian bootstrap", Annals of Statistics 9, 1981).
+
+A sum that passes its threshold is set back to it, so that how loud a fault was does not make its alarm last
+(as the upper boundary of A. Gandy and F. D.-H. Lau, "Non-restarting cumulative sum charts and control of the
+false discovery rate", Biometrika 100, 2013). Below the thresholds this changes nothing.
 """
 
 from __future__ import annotations
@@ -212,9 +216,13 @@ class Sequential:
         self.settled = 0
 
     def add(self, lean: Array, weight: Array) -> Array:
-        """Take a tick; give each thing's largest sum as a share of its threshold, shape (things,)."""
+        """Take a tick; give each thing's largest sum as a share of its threshold, shape (things,).
+
+        Sums above their thresholds are set back to them afterwards.
+        """
         self.settled += 1
         if self.settled > SETTLED:
             now = np.abs(self.sums.add(lean, weight)) / self.limits.sizes / self.limits.threshold
             self.level = now.max(axis=0)
+            self.sums.lean /= np.maximum(now, 1.0)
         return self.level

@@ -20,7 +20,7 @@ from warmlink.orchestration.watch.filter.shadow import Shadow
 from warmlink.orchestration.watch.learning import SoundPart
 from warmlink.orchestration.watch.sequential import Limits, Sequential
 from warmlink.orchestration.watch.ticks import Gatherer, Tick
-from warmlink.orchestration.watch.watcher import SHADOW_KEPT, Moment, Standing, Watcher
+from warmlink.orchestration.watch.watcher import SHADOW_KEPT, Moment, Standing, Watcher, twin_of
 
 _KINDS = {each.__name__: each for each in (Tick, ShadowNoise, Scatter, SoundPart, Limits, Standing, Moment)}
 
@@ -102,19 +102,30 @@ def restored(
     Raises
     ------
     InputError
-        The file is damaged, or the state of a watch that was asked for something else.
+        The file is damaged, of another version, or the state of a watch that was asked for something else.
     """
     if not path.is_file():
         return None
     facts = unstamped(path.read_bytes())
+    remedy = f"remove it to learn anew, or choose another {argument('out')}"
     if facts is None:
-        raise InputError(f"{path}: is damaged; remove it to learn anew, or choose another {argument('out')}")
+        raise InputError(f"{path}: is damaged; {remedy}")
     if facts["asked"] != dict(asked):
         differ = ", ".join(n for n in asked if facts["asked"].get(n) != asked[n])
         raise InputError(
             f"{path}: holds the state of a watch with another {differ}; choose another {argument('out')}, "
             "or remove the file to learn anew"
         )
+    try:
+        _take_up(facts, watcher, gatherer)
+    except (LookupError, TypeError, ValueError, AttributeError):
+        # The checksum says that it is as it was written, so by a version that kept something else.
+        raise InputError(f"{path}: holds the state of another version of warmlink; {remedy}") from None
+    return facts
+
+
+def _take_up(facts: Mapping[str, Any], watcher: Watcher, gatherer: Gatherer) -> None:
+    """Go on from a state; it raises all kinds of errors if that has other fields or shapes."""
     gatherer.restore(facts["gatherer"])
     for name, value in decoded(facts["watcher"]).items():
         kept = getattr(watcher, name)
@@ -128,7 +139,8 @@ def restored(
         watcher.snapshots = deque((at, _shadow(watcher, each)) for at, each in facts["snapshots"])
         test: Sequential = watcher.test
         test.sums.lean, test.sums.weight, test.level, test.settled = decoded(facts["test"])
-    return facts
+        if watcher.recent:
+            twin_of(watcher.shadow).step(watcher.recent[-1])
 
 
 def _shadow(watcher: Watcher, arrays: Any) -> Shadow:

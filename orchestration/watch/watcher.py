@@ -244,7 +244,7 @@ class Watcher:
     def _told(self, time: float) -> dict[str, Any]:
         """An alarm, with what it is put down to."""
         assert self.standing is not None
-        if self.law is not None and self.levels[:-1].max() < 1.0 <= self.levels[-1]:
+        if self.law is not None and self.levels[:-1].max() < min(self.levels[-1], 1.0):
             return self._of_law(time)
         found = self.named()
         causes = self.explained = found.set

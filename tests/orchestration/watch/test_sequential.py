@@ -52,6 +52,21 @@ def test_what_leans_is_found() -> None:
     assert int(np.argmax(levels[first])) == 4
 
 
+def test_an_alarm_of_a_loud_fault_lasts_no_longer_after_it_than_that_of_a_faint_one() -> None:
+    """And what comes later is found again."""
+    limits = worked_out(noise(2000, 1), np.ones((2000, THINGS)), rate=1 / 30, day=DAY)
+    lasted = []
+    for loud in (2.0, 20.0):
+        test, lean = Sequential(limits, THINGS), 0.1 * noise(900, 3)
+        lean[200:240, 4] += loud
+        lean[800:840, 4] += loud
+        above = np.array([test.add(row, np.ones(THINGS)).max() >= 0.7 for row in lean])
+        assert np.all(above[235:240])
+        assert np.all(above[835:840])
+        lasted.append(int(above[240:800].sum()))
+    assert 0 < lasted[0] == lasted[1]
+
+
 def test_a_short_sound_part_and_a_smaller_rate_ask_for_more_evidence() -> None:
     long, short = (worked_out(noise(n, 1), np.ones((n, THINGS)), 1 / 30, DAY) for n in (3000, 200))
     assert (short.threshold * short.sizes).min() > (long.threshold * long.sizes).max()

@@ -12,7 +12,8 @@ import pytest
 from benchmarks.watch import WatchedCell
 from tests.orchestration.watch.conftest import SLIPS
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.watch.state import restored, saved
+from warmlink.orchestration.files import stamped, unstamped
+from warmlink.orchestration.watch.state import decoded, encoded, restored, saved
 from warmlink.orchestration.watch.watcher import Standing
 
 pytestmark = pytest.mark.xdist_group("sound cell")  # which one worker makes
@@ -74,6 +75,28 @@ def test_a_damaged_state_and_one_of_another_watch_are_refused(
     path.write_bytes(path.read_bytes().replace(b"unsorted", b"repeated", 1)[:-9])
     with pytest.raises(InputError, match="is damaged"):
         restored(path, {"sound": 1}, cell.watcher, cell.gatherer)
+
+
+@pytest.mark.parametrize("other", ["fields", "kinds", "shapes", "things"])
+def test_a_state_of_another_version_is_refused_in_a_sentence(
+    other: str, sound_cell: tuple[WatchedCell, np.ndarray], tmp_path: Path
+) -> None:
+    cell, path = sound_cell[0].fork(), tmp_path / "watch.state"
+    saved(path, {}, cell.watcher, cell.gatherer, {})
+    facts = unstamped(path.read_bytes())
+    assert facts is not None
+    learnt = facts["watcher"]["map"]["learnt"]["of"]
+    if other == "fields":
+        del learnt["noise"]["of"]["stirred"]
+    elif other == "kinds":
+        learnt["noise"]["kind"] = "QuietNoise"
+    elif other == "shapes":
+        learnt["weights"] = encoded(decoded(learnt["weights"])[:, 1:])
+    else:
+        del facts["gatherer"]["counts"]
+    path.write_bytes(stamped(facts))
+    with pytest.raises(InputError, match="another version of warmlink; remove it to learn anew"):
+        restored(path, {}, cell.watcher, cell.gatherer)
 
 
 def test_the_memory_of_a_watch_is_bounded(
