@@ -116,7 +116,7 @@ def _unseen(found: Diagnosis, machine: Machine, seed: int) -> tuple[dict[str, fl
         pairs = zip(names, problem.data, told, strict=True)
         return {name: growth_error(data.readings[:, channel], each[:, channel]) for name, data, each in pairs}
 
-    return errors(found.before.fit, None), errors(found.adopted.fit, found.delivery.remainder)
+    return errors(found.before.fit, None), errors(found.handed_on.fit, found.delivery.remainder)
 
 
 def growth_error(measured: Array, told: Array) -> float:

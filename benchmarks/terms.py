@@ -22,10 +22,10 @@ from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
 from warmlink.orchestration.diagnosis.practice.hidden_terms import hidden_term
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, REAL, WHITE, hide, write_csv
 from warmlink.orchestration.diagnosis.terms.discovery import Discovery
+from warmlink.orchestration.diagnosis.terms.equation import searched
 from warmlink.orchestration.diagnosis.terms.gates import foretold
 from warmlink.orchestration.diagnosis.terms.library import FORMS, Candidate
 from warmlink.orchestration.diagnosis.terms.modelled import Chosen, fitted
-from warmlink.orchestration.diagnosis.terms.words import searched
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.duties.duty import Segment
 

@@ -15,7 +15,7 @@ from warmlink.controllers.observer.model import TrustedDuty
 from warmlink.fmus.component import limits
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
+from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, idle_loss, iron_loss
 
 Array = NDArray[np.float64]
 
@@ -118,7 +118,7 @@ def training_run(
             shaft, winding = temperature[-1][:2]
             heat = np.zeros(len(INPUTS))
             heat[0] = copper_loss(winding, duty, p) + iron_loss(duty, p)
-            heat[1] = friction_loss(shaft, duty, p) + p.standby_power
+            heat[1] = friction_loss(shaft, duty, p) + idle_loss(duty, p)
             heat[3] = around - ROOM_TEMPERATURE
             state = transition @ state + reach @ heat
     return DrivenRun(np.array(temperature), np.array(elongation), step, np.array(told))

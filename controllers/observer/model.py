@@ -26,7 +26,7 @@ from warmlink.fmus.component.arithmetic import (
     truth,
     where,
 )
-from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, iron_loss
+from warmlink.fmus.motor_heat_source.equations import copper_loss, friction_loss, idle_loss, iron_loss
 
 MODES = 7
 """Modes of motor and link that the filter carries."""
@@ -49,6 +49,7 @@ LOSSES = (
     "friction_temperature_coefficient",
     "viscosity_temperature_coefficient",
     "standby_power",
+    "moving_power",
 )
 """Parameters of the motor that its loss equations ask for."""
 
@@ -120,7 +121,7 @@ def losses(modes: Number, u: Record, p: Record) -> tuple[Number, Number]:
     """Losses of the motor in W, in the winding and in the shaft, by its own equations."""
     duty = TrustedDuty(u.speed, u.torque, 0.0)
     winding = copper_loss(temperature(WINDING, modes, p), duty, p) + iron_loss(duty, p)
-    return winding, friction_loss(temperature(_SHAFT, modes, p), duty, p) + p.standby_power
+    return winding, friction_loss(temperature(_SHAFT, modes, p), duty, p) + idle_loss(duty, p)
 
 
 def temperature(sensor: int, modes: Number, p: Record) -> Number:

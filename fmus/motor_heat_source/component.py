@@ -39,6 +39,7 @@ _WINDING = Band(
 )
 """K, up to which insulation lasts; enamel fails at some 250 degC."""
 
+_HOUSING = "increase of the housing's conductance per speed, as by a fan on the shaft"
 _COPPER = "relative change of resistance per kelvin (copper)"
 _JOINT = "relative rise of the joint's conductance per kelvin of the shaft above 295.15 K"
 _FRICTION = "relative decrease of friction per kelvin above 295.15 K"
@@ -49,6 +50,7 @@ _PARAMETERS = (
     Parameter("shaft_heat_capacity", "J/K", 1500, "heat capacity of shaft and gear", positive=True),
     Parameter("winding_conductance", "W/K", 0.8, "thermal conductance from winding to shaft", minimum=0),
     tunable("housing_conductance", "W/K", 1.0, "thermal conductance from shaft to surroundings", minimum=0),
+    extra("housing_conductance_per_speed", "W.s/(K.rad)", _HOUSING, nominal=0.1),
     Parameter("joint_conductance", "W/K", 1.0, "thermal conductance from shaft to link", minimum=0),
     extra("joint_resistance", "K/W", "additional thermal resistance of the joint, in series", nominal=0.1),
     extra("neighbour_conductance", "W/K", "thermal conductance to the neighbouring joint"),
@@ -63,6 +65,12 @@ _PARAMETERS = (
     per_kelvin("friction_temperature_coefficient", _FRICTION, within=(-0.1, 0.1)),
     per_kelvin("viscosity_temperature_coefficient", _VISCOSITY, within=(0, 0.2), rare=True),
     tunable("standby_power", "W", 0, "heat into the shaft at all times", nominal=1),
+    extra(
+        "moving_power",
+        "W",
+        "heat into the shaft while the joint moves, as a brake held open makes",
+        nominal=1,
+    ),
     tunable("pad_gain", "W/K", 20, "gain of the pad's temperature control", minimum=0),
     tunable("pad_power_limit", "W", 60, "largest power of the pad", minimum=0),
     *AMBIENT_ERROR,

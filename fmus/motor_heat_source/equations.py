@@ -1,7 +1,7 @@
 """Two lumps, winding and shaft, the losses that heat them, and the paths by which heat leaves.
 
     C_w dT_w/dt = P_cu + P_fe + P_w - G_ws (T_w - T_s)
-    C_s dT_s/dt = G_ws (T_w - T_s) + P_fr + P_pad + P_standby + P_s - G_sh (T_s - T_a) - Q - Q_n
+    C_s dT_s/dt = G_ws (T_w - T_s) + P_fr + P_pad + P_idle + P_s - G_sh (T_s - T_a) - Q - Q_n
 
 The usual two-node thermal model of a servo motor: copper loss by Joule's law with a resistance linear in
 temperature, iron loss with the square of speed, Coulomb and viscous friction. A lubricant thins exponentially
@@ -31,7 +31,7 @@ def rates(x: Record, u: Record, p: Record, time: Number) -> Values:
         flows["winding_heat_flow"]
         + flows["friction_loss"]
         + flows["pad_heat_flow"]
-        + p.standby_power
+        + idle_loss(u, p)
         + u.added_shaft_heat
         - flows["housing_heat_flow"]
         - to_link
@@ -78,7 +78,8 @@ def heat_flow(shaft: Number, u: Record, p: Record) -> Number:
 def housing_heat_flow(shaft: Number, u: Record, p: Record, time: Number) -> Number:
     """Heat flow in W from the shaft through the housing to the surroundings."""
     ambient = u.ambient_temperature + p.ambient_offset + p.ambient_drift * time
-    return p.housing_conductance * (shaft - ambient)
+    conductance = p.housing_conductance + p.housing_conductance_per_speed * absolute(u.speed)
+    return conductance * (shaft - ambient)
 
 
 def neighbour_heat_flow(shaft: Number, u: Record, p: Record) -> Number:
@@ -105,6 +106,11 @@ def friction_loss(shaft: Number, u: Record, p: Record) -> Number:
     level = p.friction_factor * (1 - p.friction_temperature_coefficient * warmth)
     viscosity = p.viscous_friction * exp(-p.viscosity_temperature_coefficient * warmth)
     return level * (p.coulomb_friction + viscosity * speed) * speed
+
+
+def idle_loss(u: Record, p: Record) -> Number:
+    """Heat into the shaft in W that no load asks for: at all times, and while the joint moves."""
+    return p.standby_power + where(absolute(u.speed) > 0, p.moving_power, 0.0)
 
 
 def pad_heat(shaft: Number, u: Record, p: Record) -> Number:

@@ -173,7 +173,9 @@ def _diagnose_cell(
     from warmlink.orchestration.diagnosis.answer.extension import kinds_needed
     from warmlink.orchestration.diagnosis.answer.ladder import table_of
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment, work_out
-    from warmlink.orchestration.diagnosis.terms.words import content_with, discovered, is_due, summary_with
+    from warmlink.orchestration.diagnosis.terms.entries import content_with
+    from warmlink.orchestration.diagnosis.terms.equation import discovered, is_due
+    from warmlink.orchestration.diagnosis.terms.words import summary_with
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, extended_files, write_diagnosis
 

@@ -18,13 +18,9 @@ from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read, work_out
-from warmlink.orchestration.diagnosis.terms.words import (
-    Equation,
-    content_with,
-    discovered,
-    is_due,
-    summary_with,
-)
+from warmlink.orchestration.diagnosis.terms.entries import content_with
+from warmlink.orchestration.diagnosis.terms.equation import Equation, discovered, is_due
+from warmlink.orchestration.diagnosis.terms.words import summary_with
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner
@@ -53,7 +49,7 @@ class Found(Answer):
         """Parameters of the extended model that differ from nominal, in SI units; `run` takes them."""
         if self.equation is not None and self.equation.extends:
             return dict(self.equation.extended[1])
-        return extended_values(self.diagnosis.assessment.problem, self.diagnosis.adopted.fit)
+        return extended_values(self.diagnosis.assessment.problem, self.diagnosis.handed_on.fit)
 
     def summary(self) -> str:
         """At most ten lines of plain words, and what was found of an equation if one was looked for."""

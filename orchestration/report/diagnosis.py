@@ -14,7 +14,6 @@ import numpy as np
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import (
     cause_entry,
-    errors_by_run,
     errors_in_noise,
     wrong_entries,
 )
@@ -32,17 +31,18 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.ladder.judged import EQUATION
 from warmlink.orchestration.diagnosis.ladder.wired import predictor_file
-from warmlink.orchestration.diagnosis.terms.words import Equation, content_with, summary_with
+from warmlink.orchestration.diagnosis.terms.entries import content_with
+from warmlink.orchestration.diagnosis.terms.equation import Equation
+from warmlink.orchestration.diagnosis.terms.words import summary_with
 from warmlink.orchestration.report.diagnosis_figures import (
     equation_sections,
     heat_sections,
     profile_figure,
     run_sections,
 )
-from warmlink.orchestration.report.ladder import ladder_sections
+from warmlink.orchestration.report.ladder import improvement_sections, ladder_sections
 from warmlink.orchestration.report.page import PageTable, Section, write_page
 from warmlink.orchestration.results import ASKED, results_folder
-from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 from warmlink.orchestration.system.ssp.parameter_values import write_ssv
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -53,6 +53,10 @@ _RANKED, _FEWEST = 10, 6
 """Sets in the ranking at most; and at least, where so many were thought of."""
 
 SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report.html"
+_USUAL = (
+    "The machine's usual parameters, fitted together, each held near its usual value as far as the log does "
+    "not tell it. The intervals count what such a model lacks."
+)
 VIRTUAL = "VirtualMeasurement.fmu"  # the growth by what thermometers read
 
 
@@ -63,6 +67,7 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
     nearest = " (the nearest causes, none of which explains it)" if diagnosis.verdict == "unknown" else ""
     nearest = " (that with the equation)" if diagnosis.delivered == EQUATION else nearest
     by_equation, leads = ([], False) if equation is None else (equation_sections(equation), equation.leads)
+    by_place = equation is not None and bool(equation.discovery.missing)
     sections = [
         Section("In short", "\n".join(lines), warning=_growing(diagnosis)),
         *(by_equation if leads else []),
@@ -71,7 +76,7 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
         *_calibrated(diagnosis),
         *_causes(diagnosis),
         *([] if leads else by_equation),
-        *([] if by_equation and leads else heat_sections(diagnosis.missing_heat)),
+        *([] if by_place else heat_sections(diagnosis.missing_heat)),
         *run_sections(diagnosis),
         Section(
             "What the simulation gets wrong",
@@ -91,8 +96,7 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
             _ranking(diagnosis),
         ),
         *([] if (proposed := _proposed(diagnosis, equation)) is None else [_next(proposed)]),
-        Section("The improvement", _gain_text(diagnosis), _gain_table(diagnosis)),
-        *_beyond(diagnosis),
+        *improvement_sections(diagnosis),
     ]
     write_page(path, title, lead, sections)
 
@@ -109,6 +113,7 @@ def _growing(diagnosis: Diagnosis) -> str:
 def _calibrated(diagnosis: Diagnosis) -> list[Section]:
     rows = [(*_number(c.name, asdict(c)), ", ".join(c.alike) or "-") for c in calibration(diagnosis)]
     text = "Numbers that every model fits, as the experiment asks; here those of the model to use."
+    text = text if diagnosis.experiment.calibrated else _USUAL
     told, table = [text, *calibration_doubts(diagnosis)], PageTable((*_NUMBER, "not told apart from"), rows)
     return [Section("Calibrated", "\n".join(told), table, warning=met_bounds(diagnosis))] if rows else []
 
@@ -125,7 +130,8 @@ def _causes(diagnosis: Diagnosis) -> list[Section]:
     for item in diagnosis.causes:
         rows = [_number(*each) for each in cause_entry(diagnosis, item)["parameters"].items()]
         cause = item.cause
-        text = f"{cause.sentence}\nIt looks like this: {cause.looks_like}.\nCheck: {cause.check}"
+        near = "A nearest cause, not established.\n" * (diagnosis.verdict == "empirical")
+        text = f"{near}{cause.sentence}\nIt looks like this: {cause.looks_like}.\nCheck: {cause.check}"
         table = PageTable(_NUMBER, rows)
         sections.append(Section(item.title, text, table))
     profiles = profiles_of(diagnosis.assessment) if diagnosis.causes else []
@@ -200,61 +206,6 @@ def _next(proposed: Proposed) -> Section:
     return Section("The next experiment", text, table)
 
 
-def _gain_text(diagnosis: Diagnosis) -> str:
-    if not diagnosis.causes and diagnosis.delivered != EQUATION:
-        return "No cause is added, so nothing changes."
-    told = []
-    for words, pair in (
-        ("the model's elongation is taken out as a feed-forward", diagnosis.feed_forward),
-        ("the observer designed on the model goes by the thermometers", diagnosis.observer),
-    ):
-        if pair is not None:
-            first, then = (
-                f"{1e6 * each.largest:.2f} µm ({1e6 * each.low95:.2f} to {1e6 * each.high95:.2f})"
-                for each in pair
-            )
-            told.append(f"{first} before, {then} after, when {words}.")
-    heading = "Largest error of the tool point, of two-minute means (95 %):"
-    return "\n".join([heading, *told]) if told else ""
-
-
-def _beyond(diagnosis: Diagnosis) -> list[Section]:
-    """What the model says of other duty cycles."""
-    rows = []
-    for each in diagnosis.claims:
-        lengths = (f"{1e6 * value:.3g}" for value in (each.largest, each.change, each.widest))
-        rows.append((each.duty, *lengths, "yes" if each.holds else "no"))
-    if not rows:
-        why = "\n".join(f"{each}." for each in dict.fromkeys(diagnosis.unanswered.values()))
-        return [Section("Other duty cycles", f"Not foreseen. {why}")] if why else []
-    text = (
-        "Elongation that the model to use from now on foresees. The band holds what these data leave open: "
-        "the strengths, what wanders, models that fit alike, causes too weak to be seen here, and what is "
-        "unexplained."
-    )
-    within = f"within ±{1e6 * DEFAULT_TOLERANCE:g} µm"
-    headings = ("duty cycle", "largest [µm]", "changed by [µm]", "95 % band [µm]", within)
-    return [Section("Other duty cycles", text, PageTable(headings, rows))]
-
-
-def _gain_table(diagnosis: Diagnosis) -> PageTable:
-    rows = []
-    for word, heldout in (("fitted rows", False), ("held-out rows", True)):
-        errors = errors_in_noise(diagnosis, diagnosis.adopted, heldout)
-        if errors is not None:
-            first, then = (
-                f"{errors[key]:.3g} ({errors[f'{key}_95'][0]:.3g} to {errors[f'{key}_95'][1]:.3g})"
-                for key in ("rmse_before", "rmse_after")
-            )
-            rows.append((f"{word} [sigma]", first, then))
-    for run, channels in errors_by_run(diagnosis, diagnosis.adopted).items():
-        rows += [
-            (f"{run}: {name} [{each['unit']}]", f"{each['rmse_before']:.3g}", f"{each['rmse_after']:.3g}")
-            for name, each in channels.items()
-        ]
-    return PageTable(("RMSE (95 % interval)", "before", "after"), rows)
-
-
 def write_diagnosis(
     diagnosis: Diagnosis, folder: Path, store: FmuStore | None = None, equation: Equation | None = None
 ) -> dict[str, Path]:
@@ -269,7 +220,7 @@ def write_diagnosis(
     if equation is not None and equation.extends:
         rig, values = equation.extended
     else:
-        values = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
+        values = extended_values(diagnosis.assessment.problem, diagnosis.handed_on.fit)
     compiles = store is not None and store.kind == "native"
     ssv, ssp = extended_files(diagnosis, store is not None, equation, compiles)
     proposed = _proposed(diagnosis, equation)

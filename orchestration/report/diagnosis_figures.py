@@ -14,7 +14,8 @@ from warmlink.orchestration.diagnosis.answer.profile import Profile
 from warmlink.orchestration.diagnosis.answer.unknown import MissingHeat
 from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
 from warmlink.orchestration.diagnosis.ladder.prediction import Predicted
-from warmlink.orchestration.diagnosis.terms.words import Equation, equation_of
+from warmlink.orchestration.diagnosis.terms.equation import Equation
+from warmlink.orchestration.diagnosis.terms.words import equation_of, sentences
 from warmlink.orchestration.report.figures import DASHES, chart, styled
 from warmlink.orchestration.report.page import PageTable, Section
 from warmlink.orchestration.system.units import ZERO_CELSIUS
@@ -158,7 +159,7 @@ def heat_sections(courses: Sequence[MissingHeat]) -> list[Section]:
     sections = []
     for each in courses:
         figure = heat_figure(each.time, each.heat, each.deviation)
-        text = f"If all that is wrong were heat into the shaft, {each.sentence}"
+        text = f"To make up for all that is wrong, {each.sentence}"
         sections.append(Section(f"When heat is missing: {each.run}", text, figure=figure))
     return sections
 
@@ -170,7 +171,7 @@ def equation_sections(equation: Equation) -> list[Section]:
     if not rows and found.tried is not None:
         best = found.tried
         rows = [(equation_of(best.model), f"{best.score:.1f}", f"{best.chance:.2g}")]
-    text = "\n".join(equation.lines()[:1])
+    text = sentences(equation)[0]
     text += (
         f"\n{found.thought_of} forms at places where heat may enter were thought of. The score is chi-square "
         "plus the description of the terms and their numbers; a chance near 0 is a model that leaves more "

@@ -75,7 +75,7 @@ def test_heat_made_is_stored_lost_or_delivered(seed: int) -> None:
     speed, torque, pad = rng.uniform(-4, 4), rng.uniform(-3, 3), rng.uniform(0, 40)
     offset, drift, time = rng.normal(), rng.normal() * 1e-4, rng.uniform(0, 7200)
     resistance, slope, standby = rng.uniform(0, 2), rng.uniform(-0.01, 0.01), rng.uniform(0, 3)
-    thinning = rng.uniform(0, 0.05)
+    thinning, draught, moving = rng.uniform(0, 0.05), rng.uniform(0, 0.2), rng.uniform(0, 4)
     motor = Instance(COMPONENT)
     motor.set(
         {
@@ -92,6 +92,8 @@ def test_heat_made_is_stored_lost_or_delivered(seed: int) -> None:
             "viscosity_temperature_coefficient": thinning,
             "friction_factor": 1.2,
             "standby_power": standby,
+            "moving_power": moving,
+            "housing_conductance_per_speed": draught,
             "ambient_offset": offset,
             "ambient_drift": drift,
         }
@@ -106,9 +108,11 @@ def test_heat_made_is_stored_lost_or_delivered(seed: int) -> None:
         + 1.2 * (1 - slope * (shaft - 295.15)) * (1.5 + viscous * abs(speed)) * abs(speed)
         + pad
         + standby
+        + moving
     )
     delivered = (shaft - base) / (1 + resistance)
-    lost = (shaft - (ambient + offset + drift * time)) + 0.3 * (shaft - neighbour) + delivered
+    housing = (1.0 + draught * abs(speed)) * (shaft - (ambient + offset + drift * time))
+    lost = housing + 0.3 * (shaft - neighbour) + delivered
     assert 200 * rates[0] + 1500 * rates[1] == pytest.approx(made - lost, abs=1e-9)
     assert rates[2] == pytest.approx(delivered, rel=1e-12)
 
@@ -122,6 +126,17 @@ def test_in_steady_state_all_heat_leaves_by_housing_and_joint() -> None:
     rise = motor.get("shaft_temperature") - COLD
     assert 2.0 * rise == pytest.approx(COPPER + IRON + FRICTION, rel=1e-9)
     assert motor.get("heat_flow") == pytest.approx(rise, rel=1e-12)
+
+
+def test_what_moves_is_cooled_by_its_speed_and_heated_by_its_brake_alike_at_any_speed() -> None:
+    """One lump without winding and friction: P / G (1 - exp(-G t / C)) with G by the speed, none at rest."""
+    lone = {"winding_conductance": 0.0, "joint_conductance": 0.0, "friction_factor": 0.0}
+    for speed in (0.0, -0.5, 4.0):
+        motor = running({**lone, "speed": speed, "moving_power": 6.0, "housing_conductance_per_speed": 0.1})
+        motor.step(0.0, 1200.0)
+        conductance = 1.0 + 0.1 * abs(speed)
+        rise = 6.0 / conductance * -math.expm1(-conductance * 1200 / 1500) if speed else 0.0
+        assert motor.get("shaft_temperature") - COLD == pytest.approx(rise, rel=1e-6)
 
 
 # pad ------------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.answer.findings import Findings
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong, what_is_wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.ladder.delivered import Delivery
-from warmlink.orchestration.diagnosis.ladder.judged import EQUATION, UNCORRECTED
+from warmlink.orchestration.diagnosis.ladder.judged import CALIBRATED, EQUATION, UNCORRECTED
 from warmlink.orchestration.diagnosis.ladder.prediction import Predicted
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder
 
@@ -42,6 +42,17 @@ class Diagnosis(Findings):
         """What the chosen model still gets wrong, by column name."""
         best = self.assessment.best
         return what_is_wrong(self.assessment.fitter, best) if best.items else self.wrong
+
+    @cached_property
+    def left(self) -> Mapping[str, Wrong]:
+        """What the model to use from now on gets wrong on fitted rows, by column name.
+
+        Of causes that are not established it is what the uncorrected one does.
+        """
+        fit = self.adopted.fit
+        if self.delivery.model == CALIBRATED and fit is not self.before.fit:
+            return what_is_wrong(self.assessment.fitter, fit)
+        return self.remaining if self.causes or self.delivered == EQUATION else self.wrong
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:
@@ -75,10 +86,19 @@ class Diagnosis(Findings):
         """The model to use from now on, its remainder included if that is delivered."""
         return self.delivery.adopted
 
+    @cached_property
+    def handed_on(self) -> Predicted:
+        """The model to use from now on as it is handed on: a plain calibration, once chosen, is refitted.
+
+        How well it predicts is told of the one that was chosen. Under a learnt remainder it stays as it was.
+        """
+        refitted = self.refitted if self.delivery.model == CALIBRATED else None
+        return self.adopted if refitted is None or self.delivery.remainder is not None else refitted
+
     @property
     def calibration(self) -> Fit:
         """The fit whose calibrated numbers are shown: those of the model to use, if it was calibrated."""
-        return (self.before if self.delivery.model == UNCORRECTED else self.adopted).fit
+        return (self.before if self.delivery.model == UNCORRECTED else self.handed_on).fit
 
     @property
     def delivers(self) -> bool:
@@ -105,8 +125,7 @@ class Diagnosis(Findings):
     def _claims(self) -> tuple[Claim, ...]:
         by_causes = self.members if self.verdict == "ambiguous" else ()
         alike = self.delivery.equations[1:] if self.delivered == EQUATION else by_causes
-        left = self.remaining if self.causes or self.delivered == EQUATION else self.wrong
-        return claims(self.experiment, self.assessment, (self.adopted, *alike), left)
+        return claims(self.experiment, self.assessment, (self.handed_on, *alike), self.left)
 
     @cached_property
     def unanswered(self) -> Mapping[str, str]:

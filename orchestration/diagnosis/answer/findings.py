@@ -23,7 +23,7 @@ from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong, followed_input
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word, fitted_part
 from warmlink.orchestration.diagnosis.ladder.errors import good_enough, largest_errors
 from warmlink.orchestration.diagnosis.ladder.judged import (
     CALIBRATED,
@@ -225,7 +225,20 @@ class Findings:
         nearest, experiment = self.held_out[1], self.experiment
         if nearest is None or nearest.in_noise <= MISSED or experiment.calibrated or experiment.rig.in_loop:
             return None
-        return plainly_calibrated(self.assessment.fitter)
+        return plainly_calibrated(self.assessment.problem)
+
+    @cached_property
+    def refitted(self) -> Predicted | None:
+        """The plain calibration fitted once more, to rows too that nobody asked to hold out.
+
+        M. Stone, Journal of the Royal Statistical Society B 36 (1974) 111-147: rows that were held out to
+        choose a model serve it once it is chosen. None if there is no such calibration.
+        """
+        if self._plainly_calibrated is None:
+            return None
+        runs = tuple(replace(run, fit_until=np.inf) for run in self.experiment.runs)
+        fit = plainly_calibrated(Problem(fitted_part(replace(self.experiment, runs=runs))))
+        return None if fit is None else self.scores.predict(fit)
 
     @cached_property
     def judged(self) -> JudgedModels:

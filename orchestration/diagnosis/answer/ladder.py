@@ -98,7 +98,7 @@ def ladder_lines(diagnosis: Diagnosis) -> list[str]:
         lines = [_with_plain_fits(diagnosis, row, before, after)]
     else:
         fitted = f" ({len(diagnosis.adopted.fit.freed)} numbers)" if name == CALIBRATED else ""
-        change = f"{before:.3g} to {after:.3g} {people_write(row.unit)} rms"
+        change = f"from {before:.3g} to {after:.3g} {people_write(row.unit)} rms"
         lines = [
             f"To use from now on: the {_WORDS.get(name, name)}{fitted}; "
             f"held-out error of {row.channel} {change}."
@@ -115,7 +115,7 @@ def _with_plain_fits(diagnosis: Diagnosis, row: LadderRow, before: float, after:
     model = _WORDS.get(diagnosis.delivery.others.best_model, "uncorrected model")
     return (
         f"To use from now on: the {model}, and {fits} (outputs of the extended system's part predictor); "
-        f"held-out error of {row.channel} {before:.3g} to {after:.3g} {people_write(row.unit)} rms."
+        f"held-out error of {row.channel} from {before:.3g} to {after:.3g} {people_write(row.unit)} rms."
     )
 
 

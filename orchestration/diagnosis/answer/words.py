@@ -18,12 +18,16 @@ from warmlink.orchestration.diagnosis.answer.ladder import ladder_lines, people_
 from warmlink.orchestration.diagnosis.answer.profile import calibration, calibration_doubts, met_bounds
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
 from warmlink.orchestration.diagnosis.fit.candidates import Item
+from warmlink.orchestration.diagnosis.ladder.judged import CALIBRATED, UNCORRECTED
 from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, difference
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
 
-def summary(diagnosis: Diagnosis) -> str:
-    """Say in at most ten lines of plain words what was found; of a calibration all that was calibrated."""
+def summary(diagnosis: Diagnosis, hinted: bool = True) -> str:
+    """Say in at most ten lines of plain words what was found; of a calibration all that was calibrated.
+
+    Without `hinted` it says nothing of heat that may be missing, which a search for an equation tells better.
+    """
     if diagnosis.experiment.only_calibrated or not diagnosis.experiment.catalogue:
         return _calibrated(diagnosis)
     lines = [f"{diagnosis.experiment.title}: {diagnosis.verdict}", *_slip_lines(diagnosis)]
@@ -37,7 +41,9 @@ def summary(diagnosis: Diagnosis) -> str:
     )
     lines += [f"Look at the data first: {each}" for each in diagnosis.doubts[:2]]
     lines += [*filter(None, (met_bounds(diagnosis),)), *calibration_doubts(diagnosis)]
-    lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:3]]
+    # Causes that are neither established nor used leave room for what the model to use foresees.
+    most = 1 if diagnosis.delivered == CALIBRATED else 3
+    lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:most]]
     lines += [f"Check the values that you gave: {'; '.join(diagnosis.would_help)}."] * bool(
         diagnosis.would_help
     )
@@ -46,7 +52,8 @@ def summary(diagnosis: Diagnosis) -> str:
         lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")
         lines += _gain_lines(diagnosis)
     if diagnosis.hint is not None:
-        lines += _unknown_lines(diagnosis, diagnosis.hint)
+        lines.append(_left_line(diagnosis))
+        lines += _hint_lines(diagnosis, diagnosis.hint) if hinted else []
     elif diagnosis.verdict == "unknown":
         lines.append(difference(diagnosis.experiment))
     if diagnosis.proposed is not None:
@@ -126,7 +133,8 @@ def _paused(diagnosis: Diagnosis) -> str:
 def _cause_line(diagnosis: Diagnosis, item: Item) -> str:
     equals = "off by" if item.cause.added else "="
     entries = list(cause_entry(diagnosis, item)["parameters"].items())[:2]
-    return f"{item.title}: {', '.join(_number(name, equals, entry) for name, entry in entries)}"
+    numbers = ", ".join(_number(name, equals, entry) for name, entry in entries)
+    return f"{'Not established: ' * (diagnosis.verdict == 'empirical')}{item.title}: {numbers}"
 
 
 def _number(name: str, equals: str, of: Mapping[str, Any]) -> str:
@@ -141,10 +149,11 @@ def _during(phase: str) -> str:
 
 
 def _gain_lines(diagnosis: Diagnosis) -> list[str]:
-    """What the causes that were found gain: on these data, in an observer, and in other duty cycles."""
+    """What the model to use gains: on these data, in an observer, and in other duty cycles."""
+    model = diagnosis.after if diagnosis.delivered == UNCORRECTED else diagnosis.adopted
     parts = [
         f"{errors['rmse_before']:.3g} before and {errors['rmse_after']:.3g} after on {word} rows"
-        for word, errors in _errors(diagnosis, diagnosis.after)
+        for word, errors in _errors(diagnosis, model)
     ]
     lines = [f"Error as a multiple of the noise: {'; '.join(parts)}{_in_units(diagnosis)}."]
     if diagnosis.observer is not None:
@@ -169,7 +178,7 @@ def _gain_lines(diagnosis: Diagnosis) -> list[str]:
 
 def _in_units(diagnosis: Diagnosis) -> str:
     """The same on fitted rows in the unit of the channel that was off most."""
-    before, after = diagnosis.wrong, diagnosis.remaining
+    before, after = diagnosis.wrong, diagnosis.left
     name = max(before, key=lambda each: before[each].rmse / before[each].noise)
     entries = (wrong_entries(diagnosis, each)[name] for each in (before, after))
     first, then = (f"{each['rmse']:.3g}" for each in entries)
@@ -177,12 +186,15 @@ def _in_units(diagnosis: Diagnosis) -> str:
     return f" ({name} from {first} to {then} {unit} rms)"
 
 
-def _unknown_lines(diagnosis: Diagnosis, hint: Hint) -> list[str]:
+def _left_line(diagnosis: Diagnosis) -> str:
     name, left = max(diagnosis.remaining.items(), key=lambda pair: pair[1].rmse / pair[1].noise)
     follows = f" It follows {left.correlates_with[0][0]}." if left.correlates_with else ""
     when = f" while {left.when[0]}" if left.when and not left.when[0].startswith("after") else ""
+    return f"What the nearest causes leave stands out in {name}{when}.{follows}"
+
+
+def _hint_lines(diagnosis: Diagnosis, hint: Hint) -> list[str]:
     return [
-        f"What the nearest causes leave stands out in {name}{when}.{follows}",
         f"A hint only: {hint.sentence}",
         *(f"To make up for what is wrong, {each.sentence}" for each in diagnosis.missing_heat[:1]),
     ]

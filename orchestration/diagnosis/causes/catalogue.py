@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -41,6 +42,7 @@ class Cause(Table):
     covariate : input whose column the cause needs
     at_work : whether it may change while a machine is at work, so that `watch` looks for it
     usual : whether a plain calibration of a machine, which looks for no cause, fits it
+    unsought : whether that alone fits it: it is no candidate of a search, and not watched for
     declared : whether a person declared it, so that it frees exactly the variables that it names
     kind : what it belongs to; a cause of kind "simulation" is checked before all others, and not fitted
     """
@@ -64,6 +66,7 @@ class Cause(Table):
     covariate: Annotated[str | None, Text("neighbour_temperature")] = None
     at_work: Annotated[bool, Flag()] = False
     usual: Annotated[bool, Flag()] = False
+    unsought: Annotated[bool, Flag()] = False
     declared: Annotated[bool, Flag()] = False
     kind: Annotated[Kind, OneOf(get_args(Kind))] = "plant"
 
@@ -81,6 +84,12 @@ def catalogue() -> tuple[Cause, ...]:
                 raise each.refused(f"another cause is called {path.stem}")
             found[path.stem] = read_cause(path)
     return tuple(found.values())
+
+
+def with_twins(names: Iterable[str]) -> str:
+    """Names of causes as in a sentence, each with the causes that no log tells from it."""
+    every = ((name, [each.name for each in catalogue() if each.twin_of == name]) for name in names)
+    return " and ".join(" or ".join([name, *twins]) for name, twins in every)
 
 
 def read_cause(path: Path) -> Cause:

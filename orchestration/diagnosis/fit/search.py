@@ -69,7 +69,8 @@ class Search:
         alone: bool = False,
     ) -> None:
         self.fitter = fitter
-        possible = [] if alone else [item for item in fitter.problem.items if not item.cause.twin_of]
+        sought = (i for i in fitter.problem.items if not (i.cause.twin_of or i.cause.unsought))
+        possible = [] if alone else list(sought)
         # The first of those that free the same in the fitted runs.
         split = ((_split(i, fitter.problem.fitted_runs), i) for i in reversed(possible))
         self.items = tuple(dict(split).values())[::-1]

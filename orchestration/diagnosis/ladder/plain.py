@@ -11,13 +11,14 @@ the loss (P. J. Huber, Annals of Mathematical Statistics 35 (1964) 73-101, smoot
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber, Item
-from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, FitPoint, by_number
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.progress import Progress, unseen
@@ -44,14 +45,19 @@ _MOST_EVALUATIONS = 15
 
 def usual_items(problem: Problem) -> tuple[Item, ...]:
     """Candidates that free a usual parameter of the machine in all runs alike."""
-    return tuple(each for each in problem.items if each.cause.usual and not each.label)
+    usual = (each for each in problem.items if each.cause.usual or each.cause.unsought)
+    return tuple(each for each in usual if not each.label)
 
 
-def plainly_calibrated(fitter: Fitter, progress: Progress = unseen) -> Fit | None:
-    """The usual parameters fitted together to the fitted rows; None if the system has none of them."""
+def plainly_calibrated(problem: Problem, progress: Progress = unseen) -> Fit | None:
+    """The usual parameters fitted together to the fitted rows; None if the system has none of them.
+
+    Chi-square and covariance of the fit go by the errors that such a model leaves and by the prior, so that
+    what the log does not tell is known as well as it usually is.
+    """
     from scipy.optimize import least_squares
 
-    problem, items = fitter.problem, usual_items(fitter.problem)
+    items = usual_items(problem)
     freed = tuple(f for item in items for f in item.freed)
     if not freed:
         return None
@@ -74,7 +80,7 @@ def plainly_calibrated(fitter: Fitter, progress: Progress = unseen) -> Fit | Non
         max_nfev=_MOST_EVALUATIONS,
     )
     theta = sought.values(found.x)
-    return Fit(items, freed, theta, fitter.at(freed, theta), (False,) * len(freed))
+    return Fit(items, freed, theta, sought.point(theta), (False,) * len(freed))
 
 
 class _Residuals:
@@ -131,12 +137,42 @@ class _Residuals:
 
     def _errors(self, theta: Array) -> list[tuple[Array, Array]]:
         """Errors by run, NaN where not fitted, shape (rows, channels), and derivatives by numbers."""
+        return [
+            (error, by_number(by_slot, self._freed, run, self._freed))
+            for run, (error, by_slot) in enumerate(self._by_slot(theta))
+        ]
+
+    def _by_slot(self, theta: Array) -> list[tuple[Array, Array]]:
+        """The same with the derivatives by slot."""
         result = []
         for run, data in enumerate(self._problem.data):
             values, by_slot = self._problem.predict(run, self._problem.values(run, self._freed, theta))
-            error = np.where(data.fitted[:, None], data.readings - values, np.nan)
-            result.append((error, by_number(by_slot, self._freed, run, self._freed)))
+            result.append((np.where(data.fitted[:, None], data.readings - values, np.nan), by_slot))
         return result
+
+    @cached_property
+    def _weights(self) -> list[Array]:
+        """Weight of each error by run, shape (channels,) or (rows, channels)."""
+        pairs = zip(self._scales, self._counts, strict=True)
+        return [np.minimum(1.0, np.sqrt(_INDEPENDENT / count)) / scale for scale, count in pairs]
+
+    def _rise(self, theta: Array) -> Array:
+        """By how much each number in SI changes with its place."""
+        return self._spread * np.where(self._is_size, theta, 1.0)
+
+    def point(self, theta: Array) -> FitPoint:
+        """Chi-square and its linearisation at numbers in SI, the prior added to a slot of each number."""
+        grams = []
+        for (error, by_slot), weight in zip(self._by_slot(theta), self._weights, strict=True):
+            joined = np.concatenate([error[:, :, None], by_slot], axis=2) * weight[..., None]
+            joined = joined[np.isfinite(error)]
+            grams.append(joined.T @ joined)
+        for freed, rise, place in zip(self._freed, self._rise(theta), self._place(theta), strict=True):
+            slot, gram = 1 + freed.slots[0], grams[freed.runs[0]]
+            gram[0, 0] += place**2
+            gram[slot, slot] += 1 / rise**2
+            gram[[0, slot], [slot, 0]] -= place / rise
+        return FitPoint.of(grams)
 
     def __call__(self, place: Array) -> tuple[Array, Array]:
         """Residuals, the places among them, and their derivatives by places."""
@@ -149,12 +185,12 @@ class _Residuals:
                 if self._at is None:
                     raise
                 return 1e3 * np.abs(self._at[1]), self._at[2]
-            rise = self._spread * np.where(self._is_size, theta, 1.0)
+            rise = self._rise(theta)
             residuals, slopes = [place], [np.eye(place.size)]
-            for (error, by), scale, count in zip(every, self._scales, self._counts, strict=True):
-                weight, good = np.minimum(1.0, np.sqrt(_INDEPENDENT / count)) / scale, np.isfinite(error)
+            for (error, by), weight in zip(every, self._weights, strict=True):
+                good = np.isfinite(error)
                 residuals.append((error * weight)[good])
-                slopes.append(-(by * weight[:, None] * rise)[good])
+                slopes.append(-(by * weight[..., None] * rise)[good])
             self._at = key, np.concatenate(residuals), np.concatenate(slopes)
         return self._at[1], self._at[2]
 

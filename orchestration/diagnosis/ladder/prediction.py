@@ -38,6 +38,9 @@ a right cause may leave as a share of what it was before. A wrong cause fits the
 _FAR = 10.0
 """Error over noise beyond which a model predicts nothing, however much better it is than another."""
 
+_CLOSE = 1.5
+"""Ratio of an error to that at which the verdict changes, within which a search's last digits may decide."""
+
 _SHARE, _NORMAL = 0.8, 1.2816
 """Quantile of the absolute errors that is looked at, and its value for normal ones of unit variance."""
 
@@ -256,11 +259,23 @@ def verdict_after_holdout(
         return "empirical", (
             f"The model predicts better and the cause is not established: on held-out rows {off}."
         )
-    if word == "unknown" and best.in_noise < min(_HALVED * before.in_noise, _FAR):
-        return "empirical", (
-            f"No cause is established, but with the nearest ones the error on held-out rows falls {change}."
-        )
+    if word == "unknown":
+        return _unexplained(before.in_noise, best.in_noise, change)
     return word, ""
+
+
+def _unexplained(before: float, after: float, change: str) -> tuple[Word, str]:
+    """Verdict where no causes explain the fitted rows, by what the nearest ones change on held-out rows.
+
+    The search for these ends where its fits are cut short, so that the last digits of the steps may choose
+    others. What is near the limit is told as such, under either verdict.
+    """
+    limit = min(_HALVED * before, _FAR)
+    said = f"No cause is established, but with the nearest ones the error on held-out rows falls {change}"
+    close = f"; {limit:.2g} times is where unknown becomes empirical, so that this is a close call"
+    if after < limit:
+        return "empirical", f"{said}{close if after > limit / _CLOSE else ''}."
+    return "unknown", f"{said}{close}." if after < min(_CLOSE * limit, before) else ""
 
 
 def difference(experiment: Experiment) -> str:

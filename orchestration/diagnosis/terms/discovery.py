@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
+from warmlink.orchestration.diagnosis.causes.catalogue import with_twins
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
@@ -39,6 +39,8 @@ _LOOP = (
 
 _NO_TERM = "none of the candidates explains the run to within the noise"
 _NO_GAIN = "surroundings that wander explain the run, so that no term is worth its description"
+
+_BEATEN = "causes leave less of the fitted rows, though the held-out rows do not bear them out"
 
 MOST_MEMBERS = 12
 """Equations of a set, at most."""
@@ -115,7 +117,7 @@ def discover(
     search = TermSearch(assessment, missing, progress)
     by_causes, causes = _catalogue_score(search, verdict)
     explaining = search.run(by_causes + NEAR)
-    found = Discovery(
+    nothing = Discovery(
         "none",
         tried=next(iter(search.tried), None),
         missing=missing.heat(),
@@ -124,10 +126,51 @@ def discover(
     )
     margin = by_causes - min((each.score for each in explaining), default=np.inf)
     if margin < -NEAR and np.isfinite(by_causes):
-        because = f"the catalogue explains the run, by {_named(causes)}"
-        return replace(found, finding="catalogue", because=because)
+        return replace(nothing, finding="catalogue", because="the catalogue explains the run")
     if not explaining:
-        return replace(found, because=_NO_GAIN if search.needs_none else _NO_TERM)
+        return replace(nothing, because=_NO_GAIN if search.needs_none else _NO_TERM)
+    explaining = _not_beaten(explaining, assessment)
+    if not explaining:
+        return replace(nothing, because=_BEATEN)
+    wander = assessment.fitter.wander
+    passed, why = _through_the_gates(
+        _best_of(explaining, missing),
+        missing,
+        before,
+        experiment,
+        lambda model: foretold(model, experiment, scores, wander),
+    )
+    if not passed:
+        return replace(nothing, because=why[:1].lower() + why[1:].removesuffix("."))
+    members = [each for each, _ in passed]
+    if as_well := _causes_as_well(members, assessment, verdict, margin, causes):
+        # Their own forms are no other explanations.
+        own = {*as_well, *causes}
+        passed = [(each, said) for each, said in passed if _disguise(each) not in own]
+    elif len(passed) == 1 and (cause := _disguise(members[0])):
+        as_well, passed = (cause,), []
+    if not passed:
+        because = f"the missing heat is {with_twins(as_well)} of the catalogue"
+        return replace(nothing, finding="catalogue", because=because)
+    return replace(
+        nothing,
+        finding="equation" if len(passed) == 1 and not as_well else "ambiguous",
+        members=tuple(each for each, _ in passed),
+        foretold=tuple(each for _, each in passed),
+        causes=as_well,
+    )
+
+
+def _not_beaten(explaining: Sequence[FittedTerms], assessment: Assessment) -> list[FittedTerms]:
+    """Models that leave no more of the fitted rows than causes, whatever held-out rows say of these."""
+    if assessment.word not in ("named", "ambiguous"):
+        return list(explaining)
+    least = min(fit.chi2 for fit in (assessment.best, *assessment.rivals))
+    return [each for each in explaining if each.model.fit.chi2 - least < NEAR]
+
+
+def _best_of(explaining: Sequence[FittedTerms], missing: Missing) -> list[FittedTerms]:
+    """The best model, and those that data do not tell from it, but for those with a number that is idle."""
     best = explaining[0]
     near = [
         each
@@ -135,29 +178,7 @@ def discover(
         if is_near(each.score - best.score, each.model.fit.chi2 - best.model.fit.chi2)
     ]
     linear = [LinearFit(missing, each.model.refitted().candidates) for each in near]
-    near = [near[i] for i in without_idle_numbers(linear)][:MOST_MEMBERS]
-    wander = assessment.fitter.wander
-    passed, why = _through_the_gates(
-        near, missing, before, experiment, lambda model: foretold(model, experiment, scores, wander)
-    )
-    if not passed:
-        return replace(found, because=why[:1].lower() + why[1:].removesuffix("."))
-    if as_well := _causes_as_well([each for each, _ in passed], assessment, verdict, margin, causes):
-        # Their own forms are no other explanations.
-        own = {*as_well, *causes}
-        causes, passed = as_well, [(each, said) for each, said in passed if _disguise(each) not in own]
-        if not passed:
-            because = f"the missing heat is {_named(causes)} of the catalogue"
-            return replace(found, finding="catalogue", because=because)
-        found = replace(found, causes=causes)
-    found = replace(
-        found, members=tuple(each for each, _ in passed), foretold=tuple(each for _, each in passed)
-    )
-    if (cause := _disguise(found.best)) and len(passed) == 1 and not found.causes:
-        return replace(
-            found, finding="catalogue", because=f"the missing heat is {_named([cause])} of the catalogue"
-        )
-    return replace(found, finding="equation" if len(passed) == 1 and not found.causes else "ambiguous")
+    return [near[i] for i in without_idle_numbers(linear)][:MOST_MEMBERS]
 
 
 def _through_the_gates(
@@ -172,23 +193,20 @@ def _through_the_gates(
     whole = missing.followed.logged(experiment)
     for each in near:
         fault = unstable(each.model, missing)
-        for model in () if fault else with_other_levels(each.model, whole):
-            said = foretelling(model)
-            refused = refused_by_held_out(before, said.held_out)
-            if not refused:
-                passed.append((replace(each, model=model), said))
-                fault = ""
-                break
-            fault = fault or refused
-        why = why or fault
+        levels = () if fault else with_other_levels(each.model, whole)
+        tried = [(replace(each, model=model), foretelling(model)) for model in levels]
+        refused = [refused_by_held_out(before, said.held_out) for _, said in tried]
+        borne_out = [pair for pair, against in zip(tried, refused, strict=True) if not against]
+        passed += sorted(borne_out, key=_held_out)[:1]
+        why = why or fault or ("" if borne_out else refused[0])
     # What the fitted rows cannot tell apart, those held out rank.
-    return sorted(passed, key=lambda each: each[1].held_out.in_noise if each[1].held_out else 0.0), why
+    return sorted(passed, key=_held_out), why
 
 
-def _named(causes: Iterable[str]) -> str:
-    """Names of causes, each with those that no data tell from it."""
-    every = ((name, [each.name for each in catalogue() if each.twin_of == name]) for name in causes)
-    return " and ".join(" or ".join([name, *twins]) for name, twins in every)
+def _held_out(pair: tuple[FittedTerms, Foretold]) -> float:
+    """Held-out error of a model that was tried, in units of the noise; 0 where no rows are held out."""
+    held_out = pair[1].held_out
+    return held_out.in_noise if held_out else 0.0
 
 
 def _causes_as_well(

@@ -22,7 +22,6 @@ from warmlink.orchestration.diagnosis.ladder.prediction import (
 )
 from warmlink.orchestration.diagnosis.terms.missing import Missing
 from warmlink.orchestration.diagnosis.terms.modelled import Modelled, with_equation
-from warmlink.orchestration.diagnosis.terms.search import heat_of
 
 _BLOCKS = 5
 """Blocks of time in which a term may have a strength of its own."""
@@ -92,13 +91,15 @@ def unstable(model: Modelled, missing: Missing) -> str:
         free = orthonormal(columns - known @ (known.T @ columns), 1e-3)
         gain = float(np.sum((free.T @ residual) ** 2))
         if free.shape[1] and float(chdtrc(free.shape[1], gain)) * count < _UNSTABLE:
-            return f"the strength of {candidate.form.about} is not the same throughout the run"
+            return f"the strength of '{candidate.form.about}' is not the same throughout the run"
     return ""
 
 
 def _in_blocks(model: Modelled, missing: Missing, number: int) -> list[list[Array]]:
-    """Heat of a term in each block of time alone, by run."""
-    heats = heat_of(model, missing, number)
+    """Heat in W of a term, counted from 1, in each block of time alone, by run."""
+    refitted = model.refitted()
+    strength, candidate = refitted.strengths[number - 1], refitted.candidates[number - 1]
+    heats = [strength * heat for heat in missing.followed.course(candidate)]
     experiment = missing.problem.experiment
     found = []
     for block in range(_BLOCKS):

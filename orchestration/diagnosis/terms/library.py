@@ -153,16 +153,12 @@ FORMS: tuple[Form, ...] = (
     Form(
         "radiation to second surroundings",
         "a * ((own_temperature / c)**4 - (b / c)**4)",
-        shapes=(
-            ShapeNumber("b", "K", values=(250.0, 270.0, 280.0, 287.0, 293.0, 300.0, 310.0, 325.0, 350.0)),
-        ),
+        shapes=(_SECOND,),
     ),
     Form(
         "conduction to second surroundings",
         "a * (own_temperature - b) / k",
-        shapes=(
-            ShapeNumber("b", "K", values=(250.0, 270.0, 280.0, 287.0, 293.0, 300.0, 310.0, 325.0, 350.0)),
-        ),
+        shapes=(_SECOND,),
     ),
     Form(
         "friction of a seal that is tight when cold",

@@ -10,7 +10,6 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from warmlink.fmus.heat_term.component import HeatTerm
-from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Calibration, Experiment
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -170,12 +169,6 @@ class Modelled:
     def numbers(self) -> int:
         """Numbers of its terms."""
         return sum(each.numbers for each in self.chosen.candidates)
-
-    @cached_property
-    def left(self) -> Array:
-        """Whitened residuals of all runs, shape (rows,)."""
-        every = self.fitter.whitened(self.fit.freed, self.fit.theta)
-        return np.concatenate([joined[:, 0] for joined in every])
 
     @property
     def on_bound(self) -> bool:

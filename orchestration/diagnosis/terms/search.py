@@ -15,7 +15,6 @@ from functools import cached_property
 
 import numpy as np
 
-from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.fitted import UNEXPLAINED, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
@@ -243,10 +242,3 @@ class TermSearch:
 def _is_hopeless(found: FittedTerms | None) -> bool:
     """Whether a model is far from explaining the run."""
     return found is None or found.chance < _HOPELESS
-
-
-def heat_of(model: Modelled, missing: Missing, number: int) -> list[Array]:
-    """Heat in W of a term, counted from 1, at the rows of each run."""
-    refitted = model.refitted()
-    strength = refitted.strengths[number - 1]
-    return [strength * heat for heat in missing.followed.course(refitted.candidates[number - 1])]

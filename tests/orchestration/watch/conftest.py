@@ -20,6 +20,9 @@ from warmlink.orchestration.watch.sources.rows import LoggedRow, RowReader
 SOUND, SLIPS, HOURS = 4.0, 4.8, 5.6
 """h that are declared sound, after which a thermometer slips by 3 K, and that the log lasts."""
 
+RATE = 1.0
+"""False alarms per day for which the tests work out thresholds: rarer ones need more made-up days."""
+
 BASE = HEADERS.index("base_temperature [degC]")
 
 
@@ -51,7 +54,7 @@ def log(table: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def sound_cell(table: np.ndarray) -> tuple[WatchedCell, np.ndarray]:
     """A watcher that has learnt from the sound part, and the rows after it; fork it to use it."""
-    cell = WatchedCell.made(4, SOUND / 24, 1 / 30)
+    cell = WatchedCell.made(4, SOUND / 24, RATE)
     until = int(np.argmax(table[:, 0] > 3600 * (SOUND + 0.2)))
     for row in table[:until].tolist():
         read = cell.reader.read(row)

@@ -13,12 +13,12 @@ from pathlib import Path
 import pytest
 
 from tests.command import exit_code
-from tests.orchestration.watch.conftest import SLIPS, SOUND
+from tests.orchestration.watch.conftest import RATE, SLIPS, SOUND
 from warmlink.orchestration.command_line.watch import _in_words
 from warmlink.orchestration.watch.page import PAGE, served
 from warmlink.orchestration.watch.watching import rate_of
 
-ASKED = ["--sound", f"{SOUND} h", "--until-end"]
+ASKED = ["--sound", f"{SOUND} h", "--until-end", "--alarms", f"{RATE} per day"]
 
 
 @pytest.mark.parametrize(

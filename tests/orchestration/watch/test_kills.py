@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from benchmarks.watch import HEADERS, WatchedCell
-from tests.orchestration.watch.conftest import SOUND, lines_of
+from tests.orchestration.watch.conftest import RATE, SOUND, lines_of
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.page import write_watch
@@ -24,6 +24,8 @@ from warmlink.orchestration.watch.sources.protocol import Source
 from warmlink.orchestration.watch.sources.rows import Cells
 from warmlink.orchestration.watch.state import saved
 from warmlink.orchestration.watch.watching import ALARMS, JOURNAL, STATE, Watching, WatchOptions
+
+pytestmark = pytest.mark.xdist_group("sound cell")  # which one worker makes
 
 KILLS = 50
 
@@ -73,7 +75,7 @@ def watch(folder: Path, source: Source) -> None:
 
 
 def asked_for() -> WatchOptions:
-    return WatchOptions(rig_of("WarmupCell"), {}, ReadOptions(), SOUND * 3600.0, 1 / 30, until_end=True)
+    return WatchOptions(rig_of("WarmupCell"), {}, ReadOptions(), SOUND * 3600.0, RATE, until_end=True)
 
 
 def file_in(path: Path, folder: Path) -> Source:

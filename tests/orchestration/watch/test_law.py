@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.watch import HEADERS, WatchedCell
-from tests.orchestration.watch.conftest import SLIPS, SOUND, lines_of
+from tests.orchestration.watch.conftest import RATE, SLIPS, SOUND, lines_of
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import read_run
@@ -27,6 +27,8 @@ from warmlink.orchestration.watch.offers import (
     write_offer,
 )
 from warmlink.orchestration.watch.ticks import Tick
+
+pytestmark = pytest.mark.xdist_group("sound cell")  # which one worker makes
 
 RIG = rig_of("WarmupCell")
 GROWTH = RIG.columns["elongation"]
@@ -127,7 +129,7 @@ def test_a_law_that_no_longer_fits_is_an_alarm_of_its_own(table: np.ndarray, tmp
     ]
     path = tmp_path / "cell.csv"
     path.write_text("\n".join(text) + "\n", "utf-8")
-    found = watch(path, sound=f"{SOUND} h", out=tmp_path / "out")
+    found = watch(path, sound=f"{SOUND} h", alarms=f"{RATE} per day", out=tmp_path / "out")
     assert [each["verdict"] for each in found.alarms] == ["law"]
     assert "the law leaves +" in found.alarms[0]["told"]
     assert 0 < found.alarms[0]["time_s"] - 3600 * SLIPS < 1800

@@ -5,17 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from benchmarks.watch import WatchedCell
-from tests.orchestration.watch.conftest import SOUND
+from tests.orchestration.watch.conftest import RATE, SOUND
 from warmlink.orchestration.watch import learning
 from warmlink.orchestration.watch.ticks import Tick
+
+pytestmark = pytest.mark.xdist_group("sound cell")  # which one worker makes
 
 TICKS = 120
 
 
 def sound_ticks(table: np.ndarray) -> list[Tick]:
-    made = WatchedCell.made(4, SOUND / 24, 1 / 30)
+    made = WatchedCell.made(4, SOUND / 24, RATE)
     found = list[Tick]()
     for row in table.tolist():
         read = made.reader.read(row)

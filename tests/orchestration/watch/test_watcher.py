@@ -16,6 +16,8 @@ from warmlink.orchestration.files import stamped, unstamped
 from warmlink.orchestration.watch.state import decoded, encoded, restored, saved
 from warmlink.orchestration.watch.watcher import Standing
 
+pytestmark = pytest.mark.xdist_group("sound cell")  # which one worker makes
+
 Events = list[dict[str, Any]]
 
 

@@ -11,8 +11,8 @@ from sampling import other, running, start_time, value
 from slave import Slave
 
 FULL, MOST, MANY = 4, 3000, 40
-"""Trials in which everything is perturbed, and after those at most as many for what was not seen yet, first
-together where it is many.
+"""Trials in which everything is perturbed, in the first one by one, and after those at most as many for what
+was not seen yet, first together where it is many.
 
 A Boolean at the start is a comparison that random values seldom meet, and gets no trials of its own.
 """
@@ -39,6 +39,15 @@ class Point:
         for name in names:
             for output in self.changed([name]):
                 seen[output].add(name)
+
+    def in_groups(self, names: list[str], seen: Seen, said: Seen) -> None:
+        """As one by one for outputs that must not change: names are tried together that change the same."""
+        groups: dict[frozenset[str], list[str]] = {}
+        for name in names:
+            groups.setdefault(frozenset(o for o in said if name in said[o]), []).append(name)
+        for outputs, alike in groups.items():
+            for output in self.changed(alike) - outputs:
+                seen[output].update(alike)
 
     def in_halves(self, names: list[str], seen: Seen, said: Seen) -> None:
         """As one by one, but of those that together change nothing new, none is tried alone."""
@@ -92,7 +101,9 @@ def observed(fmu: str, rng: random.Random, excused: set[str]) -> dict:
             every = slave.named("input") + (slave.named("parameter") if phase == "initial" else [])
             tried = every if trial < FULL else sorted(unseen)
             point = Point(slave, tried, rng, tails)
-            if trial < FULL or len(tried) < MANY:
+            if 0 < trial < FULL:
+                point.in_groups(tried, seen, said)
+            elif trial == 0 or len(tried) < MANY:
                 point.one_by_one(tried, seen)
             else:
                 point.in_halves(tried, seen, said)

@@ -41,7 +41,7 @@ def test_held_out_error_falls_to_the_noise(named: Diagnosis) -> None:
 
 def test_sentences_have_one_way_to_write_micrometres(named: Diagnosis) -> None:
     told = summary(named)
-    assert "held-out error of elongation" in told
+    assert "held-out error of elongation from" in told
     assert " µm rms" in told
     assert " um" not in told
 

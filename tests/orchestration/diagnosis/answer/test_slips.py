@@ -74,7 +74,8 @@ def test_a_log_of_uneven_rows_has_no_slip(tmp_path: Path) -> None:
 def test_torque_that_was_not_logged_comes_first_and_no_experiment_is_proposed(
     sound: Columns, tmp_path: Path
 ) -> None:
-    found = diagnose_experiment(experiment(tmp_path, {n: v for n, v in sound.items() if n != TORQUE}))
+    thinned = {name: values[::3] for name, values in sound.items() if name != TORQUE}
+    found = diagnose_experiment(experiment(tmp_path, thinned))
     assert found.verdict == "unknown"
     assert summary(found).splitlines()[1].startswith("Likely slip: torque or motor.current was not logged")
     assert found.proposed is None

@@ -57,7 +57,7 @@ def test_base_and_shaft_are_right_whatever_the_logger(name: str) -> None:
 
 
 def test_of_an_hourly_log_fewer_steps_are_as_right() -> None:
-    hours, drawn = np.arange(0.0, 48.0), np.random.default_rng(5)
+    hours, drawn = np.arange(0.0, 24.0), np.random.default_rng(5)
     levels = {
         "motor.speed": drawn.uniform(0.0, 4.0, hours.size),
         "motor.torque": drawn.uniform(0.0, 4.0, hours.size),

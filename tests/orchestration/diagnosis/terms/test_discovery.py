@@ -20,15 +20,11 @@ from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
 from warmlink.orchestration.diagnosis.practice.hidden_terms import hidden_term
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.diagnosis.terms import library, search
-from warmlink.orchestration.diagnosis.terms.discovery import _catalogue_score, _causes_as_well, discover
+from warmlink.orchestration.diagnosis.terms.discovery import discover
+from warmlink.orchestration.diagnosis.terms.entries import content_with
+from warmlink.orchestration.diagnosis.terms.equation import Equation, discovered, is_due
 from warmlink.orchestration.diagnosis.terms.missing import Missing
-from warmlink.orchestration.diagnosis.terms.words import (
-    Equation,
-    content_with,
-    discovered,
-    is_due,
-    summary_with,
-)
+from warmlink.orchestration.diagnosis.terms.words import equation_of, sentences, summary_with
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import rig_in
 from warmlink.orchestration.machine.rig import rig
@@ -164,15 +160,28 @@ def test_what_explains_a_run_as_well_as_its_cause_is_said_with_the_verdict(
     diagnosis = Diagnosis(found.diagnosis.experiment, found.diagnosis.assessment)
     vars(diagnosis)["verdict_and_reason"] = ("named", "")
     by_causes = "run: named\nFound: a cause.\nTo use from now on: the model with the causes."
-    monkeypatch.setattr("warmlink.orchestration.diagnosis.terms.words.summary", lambda _: by_causes)
-    both = Equation(diagnosis, replace(found.discovery, finding="ambiguous", causes=("housing_heat_loss",)))
+    monkeypatch.setattr("warmlink.orchestration.diagnosis.terms.words.summary", lambda *_: by_causes)
+    both = Equation(diagnosis, replace(found.discovery, finding="ambiguous", causes=("coulomb_friction",)))
     vars(both)["proposed"] = Proposed((), "a duty cycle tells them apart.", 9.0, 1.0)
     title, cause, apart, *rest = summary_with(diagnosis, both).splitlines()
     assert title.endswith("named; equations explain it as well")
     assert cause == "Found: a cause."
     assert apart == "These data cannot tell 2 explanations apart:"
-    assert "  or the cause housing_heat_loss" in rest
+    assert "  or the cause coulomb_friction or backlash_heat" in rest
     assert [each for each in rest if each.startswith("Next: ")] == rest[-1:]
+
+
+def test_no_hint_by_fewer_forms_stands_beside_a_search(found: Equation) -> None:
+    """It named another form than the best that was tried, and the missing heat a second time."""
+    experiment = replace(found.diagnosis.experiment, with_shipped=True)
+    diagnosis = Diagnosis(experiment, found.diagnosis.assessment)
+    vars(diagnosis)["proposed"] = None
+    none = Equation(diagnosis, replace(found.discovery, finding="none", because="none explains it"))
+    hints = ("A hint only", "To make up for what is wrong, heat into the shaft")
+    assert all(each in summary_with(diagnosis, None) for each in hints)
+    told = summary_with(diagnosis, none)
+    assert "Missing heat, if all of it enters one place" in told
+    assert not any(each in told for each in hints)
 
 
 def test_the_extended_system_has_it_as_a_component(found: Equation, tmp_path: Path) -> None:
@@ -216,6 +225,9 @@ def test_a_cause_in_disguise_gets_its_name(few_forms: object, tmp_path: Path) ->
     found = discovered(diagnosed(tmp_path, "shaft: 1.5 * speed"))
     assert found.discovery.finding == "catalogue"
     assert "coulomb_friction" in found.discovery.because
+    assert found.discovery.tried is not None
+    told = equation_of(found.discovery.tried.model)
+    assert told.endswith(", which is coulomb_friction or backlash_heat of the catalogue")
     assert not found.extends
 
 
@@ -247,39 +259,8 @@ def test_a_loop_of_unknown_fmus_is_told_so(found: Equation) -> None:
     assert said.finding == "none"
     assert "in a loop" in said.because
     assert "[term.NAME]" in said.because
-    told = Equation(diagnosis, said).lines()
+    told = sentences(Equation(diagnosis, said))
     assert told[0].startswith("No equation was looked for: FMUs of this machine")
-
-
-def test_causes_are_scored_by_what_they_leave_not_by_what_they_gain() -> None:
-    """The uncorrected model's chi-square is another one in every search, and 1 % of it may be a thousand."""
-    best = SimpleNamespace(chi2=2430.0, items=[SimpleNamespace(freed=("a", "b"))], key={"one"})
-    rival = SimpleNamespace(chi2=2431.0, items=[SimpleNamespace(freed=("a",))], key={"other"})
-    assessment = SimpleNamespace(best=best, rivals=(), search=SimpleNamespace(items=range(50)))
-    search: Any = SimpleNamespace(assessment=assessment, of_number=8.0, bare_score=121661.0)
-    named = 2430.0 + 2 * np.log(50) + 16.0
-    assert _catalogue_score(search, "named") == (pytest.approx(named), ("one",))
-    assert _catalogue_score(search, "empirical")[0] == np.inf
-    # Of friction at large and Coulomb friction alone, the latter was there, and forms in disguise were said.
-    assessment.rivals = (rival,)
-    assert _catalogue_score(search, "ambiguous") == (pytest.approx(named - 7.0), ("other",))
-
-
-def test_a_cause_by_another_name_explains_a_run_as_well_as_its_equation() -> None:
-    """Heat in proportion to speed is Coulomb friction, though another fit of it was better by chance."""
-
-    def fitted(cause: str) -> Any:
-        candidates = (SimpleNamespace(cause=cause),)
-        return SimpleNamespace(model=SimpleNamespace(chosen=SimpleNamespace(candidates=candidates)))
-
-    assessment: Any = SimpleNamespace(
-        best=SimpleNamespace(key={"friction_level"}), rivals=[SimpleNamespace(key={"coulomb_friction"})]
-    )
-    members, best = [fitted("coulomb_friction"), fitted("")], ("friction_level",)
-    assert _causes_as_well(members, assessment, "ambiguous", 16.3, best) == ("coulomb_friction",)
-    assert _causes_as_well(members[1:], assessment, "ambiguous", 16.3, best) == ()
-    assert _causes_as_well(members, assessment, "unknown", 16.3, best) == ()
-    assert _causes_as_well(members[1:], assessment, "ambiguous", 3.0, best) == best
 
 
 def test_what_readings_answer_is_what_a_small_heat_does(found: Equation) -> None:

@@ -1,17 +1,22 @@
-"""A switch may lie anywhere between two levels of the fitted rows, where held-out rows may have levels."""
+"""The gates that an equation must pass: one strength in all blocks of time, and where a switch may lie."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from warmlink.orchestration.diagnosis.terms.gates import with_other_levels
-from warmlink.orchestration.diagnosis.terms.library import Candidate, Form
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.terms.gates import unstable, with_other_levels
+from warmlink.orchestration.diagnosis.terms.library import FORMS, Candidate, Form
 from warmlink.orchestration.diagnosis.terms.modelled import Chosen, Modelled
 from warmlink.orchestration.diagnosis.terms.shape import ShapeNumber
+
+TIME = 10.0 * np.arange(500)
+NOISE = np.random.default_rng(3).normal(size=TIME.size)
 
 SWITCH = ShapeNumber("b", "rad/s", of="speed", fitted=False, levels=(0.0, 1.0, 3.0))
 DEAD_ZONE = replace(SWITCH, fitted=True)
@@ -49,3 +54,29 @@ def test_what_is_fitted_is_no_switch() -> None:
 def test_runs_in_which_nobody_logged_the_signal_say_nothing() -> None:
     offered = with_other_levels(model(SWITCH), [{"torque": np.array([1.5])}])
     assert len([*offered]) == 1
+
+
+def said(left: Array) -> str:
+    """What is said of a constant heat that the readings answer to at once, by what its model leaves."""
+    form = next(each for each in FORMS if each.about == "constant")
+    number = SimpleNamespace(variable="term1.a", runs=(0,), calibrated=True, slots=(0,))
+    fit: Any = SimpleNamespace(freed=[number], theta=np.array([2.0]), covariance=lambda: np.eye(1))
+    joined = np.column_stack([left, np.ones(TIME.size)])
+    fitter: Any = SimpleNamespace(whitened=lambda freed, theta: [joined])
+    problem: Any = SimpleNamespace(experiment=SimpleNamespace(runs=[SimpleNamespace(time=TIME)]))
+    missing: Any = SimpleNamespace(
+        followed=SimpleNamespace(course=lambda candidate: [np.ones(TIME.size)]),
+        problem=problem,
+        answered=lambda place, courses: np.concatenate(courses),
+    )
+    chosen = Chosen((Candidate(form, "shaft", ()),), (1.0,), (1.0,))
+    return unstable(Modelled(chosen, problem, fitter, fit), missing)
+
+
+def test_a_strength_that_differs_between_halves_of_a_run_is_refused() -> None:
+    drift = np.where(np.arange(TIME.size) < TIME.size // 2, 0.3, -0.3)
+    assert said(NOISE + drift) == "the strength of 'constant' is not the same throughout the run"
+
+
+def test_noise_makes_no_strength_unstable() -> None:
+    assert said(NOISE) == ""
