@@ -110,7 +110,7 @@ def friction_loss(shaft: Number, u: Record, p: Record) -> Number:
 
 def idle_loss(u: Record, p: Record) -> Number:
     """Heat into the shaft in W that no load asks for: at all times, and while the joint moves."""
-    return p.standby_power + where(absolute(u.speed) > 0, p.moving_power, 0.0)
+    return p.standby_power + p.moving_power * where(absolute(u.speed) > 0, 1.0, 0.0)
 
 
 def pad_heat(shaft: Number, u: Record, p: Record) -> Number:

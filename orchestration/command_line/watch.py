@@ -96,7 +96,6 @@ def watch(
                 else:
                     answer(_in_words(event))
         except KeyboardInterrupt:
-            work.write()
             remark(f"ended; {work.rows} rows were read, and the same command goes on from here")
         for each in work.remarks():
             remark(each)

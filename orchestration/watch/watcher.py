@@ -73,6 +73,7 @@ class Watcher:
     Attributes
     ----------
     learnt, limits : None until the sound part is over
+    learning : whether it is learning from it now, which may be given up at any moment
     explained : what the alarm that was told last is put down to
     combined : leanings of all hypotheses that tell each best that is watched for, shape (hypotheses, things)
     levels : each thing's largest sum as a share of its threshold, shape (things,)
@@ -92,6 +93,7 @@ class Watcher:
     recent: deque[Tick] = field(default_factory=deque)
     snapshots: deque[tuple[int, Shadow]] = field(default_factory=deque)
     judged: int = 0
+    learning: bool = False
     combined: Array = field(default_factory=lambda: np.zeros((0, 0)))
     moments: deque[Moment] = field(default_factory=lambda: deque(maxlen=SHOWN))
 
@@ -142,11 +144,13 @@ class Watcher:
                 f"{given}: holds only {len(self.opening)} ticks of {self.machine.tick:g} s with "
                 f"rows; the noise and the thresholds need at least {least:.2g} h"
             )
+        self.learning = True
         with spinner("Learning from the sound part") as progress:
             self.learnt = learn(self.machine, self.opening, progress)
         errors = None if self.law is None else self.law.learn()
         lean, weight = self._tested(self.learnt.lean, self.learnt.weight, self.learnt.surprise, errors)
         self.limits = worked_out(lean[SETTLED:], weight[SETTLED:], self.rate, 86400 / self.machine.tick)
+        self.learning = False
         self.learnt = replace(self.learnt, lean=lean[:0], weight=weight[:0], surprise=lean[:0, 0])
         self.restart(self.learnt, self.limits)
         errors = errors or [np.nan] * len(self.opening)

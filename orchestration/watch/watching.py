@@ -14,6 +14,7 @@ from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.watch.diagnosing import Diagnoses
+from warmlink.orchestration.watch.ending import Ending
 from warmlink.orchestration.watch.hypotheses import watched
 from warmlink.orchestration.watch.law import WatchedLaw, law_error
 from warmlink.orchestration.watch.offers import Design, write_offer
@@ -28,7 +29,7 @@ STATE, ALARMS, JOURNAL = "watch.state", "alarms.jsonl", "watch.rows"
 
 _SAVED, _SHOWN, _SILENT, _WAITS = 60.0, 5.0, 5.0, 0.2
 """s between two writings of the state, and of the page; s of silence after which a server is at its end; s
-between two looks at a diagnosis when the log has ended."""
+between two looks at what is waited for."""
 
 _MOST_TOLD = 1000
 """Events that are kept; of more the oldest go."""
@@ -122,6 +123,7 @@ class Watching:
         self.diagnoses = Diagnoses(self.folder) if asked.diagnose else None
         self._due = self._shown = 0.0
         self._paced: float | None = None
+        self._ending = Ending(lambda: self.watcher.learning)
 
     @staticmethod
     def begin_of(folder: Path) -> FilePlace | None:
@@ -148,7 +150,13 @@ class Watching:
         ------
         InputError
             The log ended within its sound part, or this is too short.
+        KeyboardInterrupt
+            Ctrl-C came; the state is written, unless a second one came or the sound part was being learnt.
         """
+        with self._ending.noted():
+            yield from self._run()
+
+    def _run(self) -> Iterator[dict[str, Any]]:
         silent = time.monotonic()
         yield from self._taken_up()
         for cells in self.source.rows():
@@ -157,11 +165,13 @@ class Watching:
                 if self.asked.until_end and time.monotonic() - silent > _SILENT:
                     break
                 self._write_if_due()
+                self._end_if_asked()
                 continue
             silent = time.monotonic()
             self._keep(cells)
             yield from self._read(cells, self._pace)
             self._write_if_due()
+            self._end_if_asked()
         yield from self._judged(self.gatherer.rest())
         self.write()
         self.watcher.refuse_unlearnt()
@@ -169,7 +179,13 @@ class Watching:
             while self.diagnoses.busy:
                 yield from self._beside()
                 time.sleep(_WAITS)
+                self._end_if_asked()
             self._show()
+
+    def _end_if_asked(self) -> None:
+        if self._ending.asked:
+            self.write()
+            raise KeyboardInterrupt
 
     def _read(self, cells: Cells, wait: Callable[[float], None]) -> Iterator[dict[str, Any]]:
         """Judge a row."""
@@ -240,8 +256,9 @@ class Watching:
             return
         if self._paced is None:
             self._paced = time.monotonic() - at / self.asked.speed
-        if (wait := self._paced + at / self.asked.speed - time.monotonic()) > 0:
-            time.sleep(min(wait, 60.0))
+        due = min(self._paced + at / self.asked.speed, time.monotonic() + 60.0)
+        while not self._ending.asked and (wait := due - time.monotonic()) > 0:
+            time.sleep(min(wait, _WAITS))
 
     def _write_if_due(self) -> None:
         if time.monotonic() >= self._due:
