@@ -153,9 +153,10 @@ def _gain_lines(diagnosis: Diagnosis) -> list[str]:
     model = diagnosis.after if diagnosis.delivered == UNCORRECTED else diagnosis.adopted
     parts = [
         f"{errors['rmse_before']:.3g} before and {errors['rmse_after']:.3g} after on {word} rows"
+        + (_in_units(diagnosis) if word == "fitted" else "")
         for word, errors in _errors(diagnosis, model)
     ]
-    lines = [f"Error as a multiple of the noise: {'; '.join(parts)}{_in_units(diagnosis)}."]
+    lines = [f"Error as a multiple of the noise: {'; '.join(parts)}."]
     if diagnosis.observer is not None:
         before, after = diagnosis.observer
         first, then = (f"{1e6 * each.largest:.2g} µm" for each in (before, after))
