@@ -13,8 +13,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.machine.rig import Rig
+from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.watch.diagnosing import Diagnoses
-from warmlink.orchestration.watch.ending import Ending
 from warmlink.orchestration.watch.hypotheses import watched
 from warmlink.orchestration.watch.law import WatchedLaw, law_error
 from warmlink.orchestration.watch.offers import Design, write_offer
@@ -123,7 +123,6 @@ class Watching:
         self.diagnoses = Diagnoses(self.folder) if asked.diagnose else None
         self._due = self._shown = 0.0
         self._paced: float | None = None
-        self._ending = Ending(lambda: self.watcher.learning)
 
     @staticmethod
     def begin_of(folder: Path) -> FilePlace | None:
@@ -153,7 +152,7 @@ class Watching:
         KeyboardInterrupt
             Ctrl-C came; the state is written, unless a second one came or the sound part was being learnt.
         """
-        with self._ending.noted():
+        with under_way.interruption(lambda: self.watcher.learning):
             yield from self._run()
 
     def _run(self) -> Iterator[dict[str, Any]]:
@@ -183,7 +182,7 @@ class Watching:
             self._show()
 
     def _end_if_asked(self) -> None:
-        if self._ending.asked:
+        if under_way.asked():
             self.write()
             raise KeyboardInterrupt
 
@@ -257,7 +256,7 @@ class Watching:
         if self._paced is None:
             self._paced = time.monotonic() - at / self.asked.speed
         due = min(self._paced + at / self.asked.speed, time.monotonic() + 60.0)
-        while not self._ending.asked and (wait := due - time.monotonic()) > 0:
+        while not under_way.asked() and (wait := due - time.monotonic()) > 0:
             time.sleep(min(wait, _WAITS))
 
     def _write_if_due(self) -> None:

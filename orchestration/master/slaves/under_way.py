@@ -90,18 +90,19 @@ def on_ctrl_c(pressed: Callable[[int, FrameType | None], None]) -> Iterator[None
 
 
 @contextmanager
-def interruption() -> Iterator[None]:
+def interruption(given_up: Callable[[], bool] = lambda: False) -> Iterator[None]:
     """Turn the first Ctrl-C or SIGTERM into a flag that is checked between two steps.
 
     If it were raised at once, it would interrupt whatever code runs at that moment, even inside a Python FMU.
-    A second Ctrl-C is raised at once, for a step that does not end.
+    A second Ctrl-C is raised at once, for a step that does not end; so is the first while what runs may be
+    `given_up` at any moment.
     """
     cells = here.cells
 
     def note(number: int, frame: FrameType | None) -> None:
-        if cells[ASKED]:
+        again, cells[ASKED] = cells[ASKED], 1
+        if again or given_up():
             raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
-        cells[ASKED] = 1
 
     try:
         with on_ctrl_c(note):

@@ -1,4 +1,4 @@
-"""Ctrl-C is noted until a watch is between two rows, and raised at once where what runs may be given up."""
+"""Ctrl-C is noted until what runs is between two steps, and raised at once where it may be given up."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import signal
 
 import pytest
 
-from warmlink.orchestration.watch.ending import Ending
+from warmlink.orchestration.master.slaves import under_way
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX")
 
@@ -17,23 +17,21 @@ def press() -> None:
 
 
 def test_the_first_is_noted_and_the_second_raised() -> None:
-    ending = Ending(lambda: False)
-    with ending.noted():
+    with under_way.interruption():
         press()
-        assert ending.asked
+        assert under_way.asked()
         with pytest.raises(KeyboardInterrupt):
             press()
+    assert not under_way.asked()
 
 
 def test_what_may_be_given_up_is_given_up_at_once() -> None:
-    ending = Ending(lambda: True)
-    with ending.noted(), pytest.raises(KeyboardInterrupt):
+    with under_way.interruption(lambda: True), pytest.raises(KeyboardInterrupt):
         press()
-    assert ending.asked
 
 
 def test_afterwards_it_is_as_it_was() -> None:
     before = signal.getsignal(signal.SIGINT)
-    with Ending(lambda: False).noted():
+    with under_way.interruption():
         pass
     assert signal.getsignal(signal.SIGINT) is before
