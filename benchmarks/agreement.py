@@ -13,7 +13,7 @@ from benchmarks.command import start
 from warmlink.orchestration.command_line.arguments import listed
 from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.progress import progress_bar
-from warmlink.orchestration.studies.case import COMPARED
+from warmlink.orchestration.studies.case import BOUNDED
 from warmlink.orchestration.studies.compare import Comparison, plan_on, run_comparison
 from warmlink.orchestration.studies.joined import differences_from_fmus
 from warmlink.orchestration.studies.processes import LocalWorkers
@@ -70,9 +70,7 @@ def agreement(
 def compared(joined: Comparison, exact: Comparison, coupling: float) -> Agreement:
     """Hold one comparison beside the other, with the coupling error in um."""
     differences = {
-        key: max(
-            abs(getattr(row.outcome, name) - getattr(exact.rows[key].outcome, name)) for name in COMPARED
-        )
+        key: max(abs(getattr(row.outcome, name) - getattr(exact.rows[key].outcome, name)) for name in BOUNDED)
         for key, row in joined.rows.items()
     }
     where = max(differences, key=differences.__getitem__)

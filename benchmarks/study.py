@@ -145,7 +145,7 @@ def _timed(name: str, count: int, cases: list[Case], workers: Workers, began: fl
     if stopped:
         raise InputError(f"{len(stopped)} runs stopped early, the first because of: {stopped[0]}")
     took = time.perf_counter() - began
-    return StudyTime(name, count, len(cases), sum(case.hours for case in cases), took, None)
+    return StudyTime(name, count, len(cases), sum(case.work_hours for case in cases), took, None)
 
 
 def _cpu_seconds() -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -54,7 +55,8 @@ class Conduct:
 
     Controllers are ready where all of them are; this is wrong where the error is outside the tolerance, and
     `fine_not_ready_percent` is the share of the time within tolerance in which one of them is not. Of several
-    controllers the one counts that travels farthest in an hour, and that leaps farthest in a step.
+    controllers the one counts that travels farthest in an hour, and that leaps farthest in a step. Where no
+    controller says whether it is ready, the percents are NaN.
     """
 
     ready_percent: float
@@ -86,7 +88,9 @@ def conduct(
     moves = [np.abs(np.diff(each)) for each in corrections]
 
     def percent(those: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
-        """Share of a time in which something holds; 0 if there is no such time."""
+        """Share of a time in which something holds; 0 if there is no such time, NaN if nobody says it."""
+        if not ready:
+            return math.nan
         whole = float(np.sum(spans[among]))
         return 100 * float(np.sum(spans[those & among])) / whole if whole > 0 else 0.0
 

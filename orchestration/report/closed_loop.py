@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from importlib.metadata import EntryPoint
 from itertools import groupby
@@ -112,14 +113,18 @@ def _figures(outcome: ClosedLoop) -> PageTable:
     rows += [
         (word, "", value)
         for word, value in (
-            ("ready, of the time", f"{told.ready_percent:.1f} %"),
-            ("outside the tolerance, of the time ready", f"{told.ready_wrong_percent:.2f} %"),
-            ("not ready, of the time within tolerance", f"{told.fine_not_ready_percent:.1f} %"),
+            ("ready, of the time", _percent(told.ready_percent, 1)),
+            ("outside the tolerance, of the time ready", _percent(told.ready_wrong_percent, 2)),
+            ("not ready, of the time within tolerance", _percent(told.fine_not_ready_percent, 1)),
             ("the correction travels", f"{told.travel_um_h:.1f} µm/h"),
             ("its largest leap in one step", f"{told.leap_um:.2g} µm"),
         )
     ]
     return PageTable(("", NO_CONTROLLER, outcome.controller), rows)
+
+
+def _percent(share: float, decimals: int) -> str:
+    return "not said" if math.isnan(share) else f"{share:.{decimals}f} %"
 
 
 def _since(metrics: ErrorMetrics) -> str:

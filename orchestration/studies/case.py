@@ -53,8 +53,8 @@ class Case:
     machine: Machine = WARMUP_CELL
 
     @property
-    def hours(self) -> float:
-        """Closed-loop hours that the run simulates."""
+    def work_hours(self) -> float:
+        """Hours that take as long to simulate as the run does; half the step takes as long as two runs."""
         return self.stop_time / 3600 * (3 if self.with_budget else 1)
 
     @property
@@ -71,13 +71,19 @@ class Case:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Figures of one run, in um, s and min; the first four as in `ErrorMetrics`, NaN in a run that stopped.
+    """Figures of one run, each in the unit that its name ends with; NaN or None in a run that stopped.
 
-    The error was within tolerance for `within_tolerance_min`, and for `warm_up_first_min` at best had one
-    warmed up without compensation. Then follow the fastest change of the correction between two
-    communication points, the largest estimate that the link makes of its grid's error, the bound of the
-    coupling error of growth and figures, None where it was not asked for, why the run ended early or means
-    nothing, if so, and the figures of `Conduct`, None in a run that stopped.
+    Attributes
+    ----------
+    max_abs_um, p95_abs_um, rms_um, time_to_tolerance_s : as in `ErrorMetrics`
+    within_tolerance_min : time that the error was within tolerance
+    warm_up_first_min : that time at best, had one warmed up without compensation: see `warm_up_first`
+    correction_rate_um_s : fastest change of a correction between two communication points
+    discretisation_um : largest estimate that a link makes of the error of its grid
+    coupling_um : bound of the coupling error of the growth and of the figures; None where none was asked for
+    stopped : why the run ended early, or means nothing; None if neither
+    ready_percent, ready_wrong_percent, fine_not_ready_percent, travel_um_h, leap_um : as in `Conduct`; the
+        percents are None where no controller says whether it is ready
     """
 
     max_abs_um: float = math.nan
@@ -104,8 +110,8 @@ class Outcome:
         }
 
 
-COMPARED = ("max_abs_um", "p95_abs_um", "rms_um")
-"""Figures in um that a study may rank by."""
+BOUNDED = ("max_abs_um", "p95_abs_um", "rms_um")
+"""Figures whose coupling error is bounded."""
 
 
 def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = False) -> Case:
@@ -176,6 +182,7 @@ def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
         [result[name] for name in names] for names in (machine.claims, machine.corrections)
     )
     rates = [np.max(np.abs(np.diff(each)) / spans, initial=0.0) for each in corrections]
+    said = conduct(time, error, claims, corrections, case.tolerance)
     return Outcome(
         max_abs_um=errors.max_abs_um,
         p95_abs_um=errors.p95_abs_um,
@@ -184,7 +191,7 @@ def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
         # Of the steps that begin within it.
         within_tolerance_min=float(np.sum(spans[np.abs(error[:-1]) <= case.tolerance])) / 60,
         warm_up_first_min=warm_up_first(time, without, case.tolerance),
-        **asdict(conduct(time, error, claims, corrections, case.tolerance)),
+        **{name: None if math.isnan(value) else value for name, value in asdict(said).items()},
         correction_rate_um_s=1e6 * float(max(rates, default=0.0)),
         discretisation_um=discretisation_um(result),
         coupling_um=None if fine is None or fine.reason else _coupling_um(case, result, fine, errors),
@@ -198,19 +205,27 @@ def _coupling_um(case: Case, result: Result, fine: Result, errors: ErrorMetrics)
     """
     roles, order = case.machine.roles, algorithm(case.master).order
     finer = error_metrics(result.times, np.asarray(roles.score.value(fine.__getitem__))[::2], case.tolerance)
-    moved = (whole_error(order) * abs(getattr(errors, name) - getattr(finer, name)) for name in COMPARED)
+    moved = (whole_error(order) * abs(getattr(errors, name) - getattr(finer, name)) for name in BOUNDED)
     return max(1e6 * max(coupling_error(result, fine, order, roles.plant).values(), default=0.0), *moved)
 
 
 def warm_up_first(time: Array, elongation: Array, tolerance: float) -> float:
     """Minutes within tolerance if the robot warms up without compensation and the zero is then set once.
 
-    The end of the warm-up is the best moment on a grid of one minute, as if it had been known beforehand, so
-    that no real warm-up gives more minutes. Times in s, growth and tolerance in m.
+    The end of the warm-up is the best of the moments on a grid of a minute, as if it had been known
+    beforehand, so that a real warm-up gives at most a minute more. The growth is looked at six times a
+    minute, or at every step where steps are longer.
+
+    Parameters
+    ----------
+    time, elongation : communication points in s, equally far apart, and the growth there in m, shapes (n,)
+    tolerance : largest error in m that production allows
     """
-    stride = max(1, round(WARM_UP_GRID_S / 6 / float(time[1] - time[0])))
+    step = float(time[1] - time[0])
+    stride = max(1, round(WARM_UP_GRID_S / 6 / step))
     at, growth = time[::stride], elongation[::stride]
-    ends, spans, numbers = np.arange(0, at.size, 6), np.diff(at), np.arange(at.size - 1)
+    each_minute = max(1, round(WARM_UP_GRID_S / (stride * step)))
+    ends, spans, numbers = np.arange(0, at.size, each_minute), np.diff(at), np.arange(at.size - 1)
     best = 0.0
     for first in range(0, ends.size, 16):  # as many at once as fit into a processor's cache
         begin = ends[first]
@@ -236,7 +251,11 @@ METRICS: dict[str, Metric] = {
     "p95_abs_um": lambda outcome, case: outcome.p95_abs_um,
     "rms_um": lambda outcome, case: outcome.rms_um,
     "time_to_tolerance_s": lambda outcome, case: (
-        case.stop_time if outcome.time_to_tolerance_s is None else outcome.time_to_tolerance_s
+        math.nan
+        if outcome.stopped is not None
+        else case.stop_time
+        if outcome.time_to_tolerance_s is None
+        else outcome.time_to_tolerance_s
     ),
     "outside_tolerance_min": lambda outcome, case: case.stop_time / 60 - outcome.within_tolerance_min,
     "correction_rate_um_s": lambda outcome, case: outcome.correction_rate_um_s,
@@ -246,9 +265,9 @@ METRICS: dict[str, Metric] = {
     "travel_um_h": lambda outcome, case: _known(outcome.travel_um_h),
     "leap_um": lambda outcome, case: _known(outcome.leap_um),
 }
-"""Figures of a run, smaller being better, in the unit that the name ends with.
+"""What a study may rank a run by, smaller being better, in the unit that the name ends with.
 
-Never settled counts as the run's whole time.
+Never settled counts as the run's whole time; NaN in a run that stopped.
 """
 
 GATHERINGS = ("worst", "mean", "cvar")
@@ -287,9 +306,10 @@ class Constraint(Gathered):
         return self.value(outcomes, cases) - self.at_most
 
     def margins(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> Array:
-        """What is left of the bound, as a share of it, shape (runs,) where the worst one counts, else (1,).
+        """What is left of the bound, as a share of it; in the metric's unit where the bound is 0.
 
-        None of these has a kink where another run becomes the worst.
+        Shape (runs,) where the worst run counts, else (1,): the least of many would have a kink where another
+        run becomes the worst, and who searches by derivatives wants none.
         """
         each = self._each(outcomes, cases) if self.over == "worst" else [self.value(outcomes, cases)]
         return (self.at_most - np.array(each)) / (abs(self.at_most) or 1.0)

@@ -256,10 +256,10 @@ def compared(plan: Plan, options: RunOptions, out: str | Path | None) -> Iterato
 def run_comparison(cases: Sequence[Case], workers: Workers, progress: Callable[[float], None]) -> Comparison:
     """Run a plan; rows and figures are the same whatever the number of workers."""
     outcomes: dict[tuple[str, ...], Outcome] = {}
-    done, total = 0.0, sum(case.hours for case in cases)
+    done, total = 0.0, sum(case.work_hours for case in cases)
     for place, outcome in workers.run(cases):
         outcomes[cases[place].label] = outcome
-        done += cases[place].hours
+        done += cases[place].work_hours
         progress(done / total)
     rows = {}
     for case in cases:

@@ -20,7 +20,7 @@ from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.scenarios.duties.duty import IDLE
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.studies.case import COMPARED, Case, case_of, recorded
+from warmlink.orchestration.studies.case import BOUNDED, Case, case_of, recorded
 from warmlink.orchestration.studies.workers import FmuSet, Remark, attempt, joined_outcomes, joined_results
 
 
@@ -120,7 +120,7 @@ def _difference(planned: Case, fmus: FmuSet) -> tuple[float, float]:
             raise _UntriedError(f"the run that was tried of it stopped: {why}")
         if joined is None:
             raise _UntriedError("its joined system does not take the run that was tried")
-        most = float(np.max([abs(getattr(exact, name) - getattr(joined, name)) for name in COMPARED]))
+        most = float(np.max([abs(getattr(exact, name) - getattr(joined, name)) for name in BOUNDED]))
         if not math.isfinite(most):
             raise _UntriedError("the score of the run that was tried of it is no number")
         return most, exact.coupling_um

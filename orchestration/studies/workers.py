@@ -132,7 +132,7 @@ def groups(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> list[list[
     Longest first, so that no worker begins a long one when the others end.
     """
     alike: dict[object, list[int]] = {}
-    for place in sorted(range(len(cases)), key=lambda place: -cases[place].hours):
+    for place in sorted(range(len(cases)), key=lambda place: -cases[place].work_hours):
         alike.setdefault(lane_of(cases[place], rollouts) or place, []).append(place)
     most = max((each.lanes for each in rollouts.values()), default=1)
     return [places[i : i + most] for places in alike.values() for i in range(0, len(places), most)]
@@ -141,7 +141,7 @@ def groups(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> list[list[
 def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
     """About how long a run takes."""
     joined = lane_of(case, rollouts) is not None
-    return CASE_S + case.hours / (JOINED_HOURS_A_SECOND if joined else FMU_HOURS_A_SECOND)
+    return CASE_S + case.work_hours / (JOINED_HOURS_A_SECOND if joined else FMU_HOURS_A_SECOND)
 
 
 def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] | None:

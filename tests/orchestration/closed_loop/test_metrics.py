@@ -75,6 +75,9 @@ def test_conduct_counts_time_ready_travel_and_leaps() -> None:
     assert found.leap_um == pytest.approx(4)
     never = conduct(time, error, (0 * first,), corrections, TOLERANCE)
     assert (never.ready_percent, never.ready_wrong_percent) == (0.0, 0.0)
+    nobody = conduct(time, error, (), corrections, TOLERANCE)
+    assert np.isnan([nobody.ready_percent, nobody.ready_wrong_percent, nobody.fine_not_ready_percent]).all()
+    assert nobody.leap_um == found.leap_um
 
 
 def test_what_is_nearly_all_is_not_shown_as_all() -> None:

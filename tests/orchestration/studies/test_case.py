@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.studies.case import case_of, warm_up_first
+from warmlink.orchestration.studies.case import METRICS, Outcome, case_of, warm_up_first
 from warmlink.orchestration.written.expression import Expression
 
 
@@ -35,3 +35,16 @@ def test_a_run_whose_roles_differ_is_another_run() -> None:
     machines = [replace(scenario.machine, roles=replace(scenario.machine.roles, **each)) for each in changed]
     runs = [case_of(replace(scenario, machine=each), ("lag",)) for each in (scenario.machine, *machines)]
     assert len({run.digest for run in runs}) == len(runs)
+
+
+@pytest.mark.parametrize("step", [1.0, 20.0, 60.0])
+def test_the_end_of_a_warm_up_is_sought_on_a_grid_of_a_minute_whatever_the_step(step: float) -> None:
+    time = np.arange(0, 7201.0, step)
+    growth = np.where(time < 60.0, 0.0, np.where(time < 1020.0, 30e-6, 60e-6))
+    assert warm_up_first(time, growth, 5e-6) == 103.0  # from 1020 s on, which is the 17th minute
+
+
+def test_a_run_that_stopped_has_no_time_to_tolerance() -> None:
+    case = case_of(load_scenario("stop_and_go"), ("lag",))
+    assert np.isnan(METRICS["time_to_tolerance_s"](Outcome(stopped="the motor is too hot"), case))
+    assert METRICS["time_to_tolerance_s"](Outcome(), case) == case.stop_time
