@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from warmlink.fmus.errors import InputError
@@ -24,10 +24,20 @@ class CommunicationPoints:
     uneven: tuple[float, ...] = ()
 
     @classmethod
-    def at(cls, times: Sequence[float]) -> CommunicationPoints:
-        """Points at rising times in s."""
-        longest = max(end - begin for begin, end in pairwise(times))
-        return cls(times[0], longest, len(times) - 1, tuple(times))
+    def at(cls, times: Sequence[float], start_time: float, stop_time: float) -> CommunicationPoints:
+        """Points at given times in s.
+
+        InputError where they do not rise, or do not lead from the start time to the stop time.
+        """
+        steps = [end - begin for begin, end in pairwise(times)]
+        if not steps or not all(0 < step < math.inf for step in steps):
+            raise InputError("communication points: their times do not rise; give two or more that do, in s")
+        if (times[0], times[-1]) != (start_time, stop_time):
+            raise InputError(
+                f"communication points: they lead from {times[0]:g} to {times[-1]:g} s, and the run from "
+                f"{start_time:g} to {stop_time:g} s; give the same"
+            )
+        return cls(start_time, max(steps), len(steps), tuple(times))
 
     @classmethod
     def between(cls, start_time: float, stop_time: float, step_size: float) -> CommunicationPoints:
@@ -65,6 +75,17 @@ class CommunicationPoints:
     def step(self, point: int) -> float:
         """Give the length in s of the step that begins at a communication point."""
         return self.uneven[point + 1] - self.uneven[point] if self.uneven else self.step_size
+
+    def first(self, count: int) -> CommunicationPoints:
+        """The same points up to that many steps, or all."""
+        count = min(count, self.count)
+        return replace(self, count=count, uneven=self.uneven[: count + 1])
+
+    def following(self, point: int) -> CommunicationPoints:
+        """The same points from one of them on."""
+        return replace(
+            self, start_time=self.time(point), count=self.count - point, uneven=self.uneven[point:]
+        )
 
     @property
     def stop_time(self) -> float:

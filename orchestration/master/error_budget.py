@@ -216,10 +216,10 @@ def instability(
 ) -> tuple[str, ...]:
     """Say where a disturbance grows with the steps of an explicit algorithm of that name, and what to do.
 
-    `rewind` goes back to the beginning of a run that is over, where the slaves are left; `advance` steps
-    until a recorder is full.
+    `rewind` goes back to the first of the points in a run that is over, where the slaves are left; `advance`
+    steps until a recorder is full.
     """
-    factor = _growth(network, replace(points, count=min(PROBE_STEPS, points.count)), rewind, advance)
+    factor = _growth(network, points.first(PROBE_STEPS), rewind, advance)
     if factor is None or factor < GROWS_FROM:
         return ()
     return (

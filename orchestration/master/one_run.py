@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from warmlink.orchestration.master.algorithms.algorithm import Schedule, Stepper
 from warmlink.orchestration.master.assembly import Assembly, initialize
-from warmlink.orchestration.master.communication import StepClock
+from warmlink.orchestration.master.communication import CommunicationPoints, StepClock
 from warmlink.orchestration.master.compiled.loop import CompiledLoop
 from warmlink.orchestration.master.error_budget import instability
 from warmlink.orchestration.master.guard import Progress
@@ -43,12 +43,12 @@ class OneRun:
     experiment: RunSpan
     _loop: CompiledLoop | None = None
 
-    def result(self, keep: Callable[[Result], None], check_stability: bool) -> Result:
-        """Do the run and say how it went; that of a whole run is kept before its stability is checked."""
+    def run(self, keep: Callable[[Result], None], check_stability: bool) -> Result:
+        """Do the run and say how it went; a whole run's result is kept before its stability is checked."""
         recorder, network, stepper, schedule = self.recorder, self.network, self.stepper, self.schedule
         fault: SlaveError | None = None
         reason: str | None = None
-        start, began = None, time.perf_counter()
+        start, first, began = None, 0, time.perf_counter()
         try:
             with interruption():
                 initialize(network, self.experiment, self.assembly.values)
@@ -56,6 +56,7 @@ class OneRun:
                     recorder.take()
                 else:
                     self.checkpoints.restore(recorder, stepper)
+                first = recorder.rows - 1
                 if check_stability and schedule is not None and not network.unable_to_restore():
                     start = network.snapshot(), stepper.memory()
                 began = time.perf_counter()
@@ -84,7 +85,7 @@ class OneRun:
         )
         ended, table = fault is not None and fault.status == "ended", recorder.table()
 
-        def found(*more: str) -> Result:
+        def finished(*more: str) -> Result:
             conduct = [told for slave in network.slaves for told in slave.remarks]
             return Result(
                 table,
@@ -97,20 +98,25 @@ class OneRun:
 
         if start and schedule and (reason is None or (fault and fault.status == "not finite")):
             if reason is None:
-                keep(found())
-            return found(*self._stability(schedule, *start))
-        return found()
+                keep(finished())
+            return finished(*self._stability(schedule, recorder.points.following(first), *start))
+        return finished()
 
-    def _stability(self, schedule: Schedule, first: SlaveStates, memory: object) -> tuple[str, ...]:
-        """Say whether the run was unstable, or why that is not known; `first` is its beginning."""
+    def _stability(
+        self, schedule: Schedule, points: CommunicationPoints, states: SlaveStates, memory: object
+    ) -> tuple[str, ...]:
+        """Say whether the run was unstable, or why that is not known; the states are of the first point.
+
+        That of a run that was resumed is the point from which it went on.
+        """
 
         def rewind() -> None:
-            self.network.rewind(first)
+            self.network.rewind(states)
             self.stepper.recall(memory)
 
         name = "Jacobi" if schedule.at_once else "GaussSeidel"
         try:
-            return instability(name, self.network, self.recorder.points, rewind, self._fill)
+            return instability(name, self.network, points, rewind, self._fill)
         except SlaveError as failure:
             return (f"whether these steps are stable is not known: {failure}",)
 

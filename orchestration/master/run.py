@@ -9,8 +9,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import cast
 
+import numpy as np
+
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.algorithms.parts import REPEATABLE, InParts, Retry
@@ -34,7 +37,7 @@ SAME = 1e-9
 def simulate(
     system: System | Assembly,
     stop_time: float,
-    step_size: float | Sequence[float],
+    step_size: float | Sequence[float] | Array,
     algorithm: Algorithm | None = None,
     *,
     start_time: float = 0.0,
@@ -58,9 +61,9 @@ def simulate(
 
     Parameters
     ----------
-    system : an assembly is closed at the end
+    system : an assembly is closed at the end, also where it cannot be run
     stop_time, step_size, start_time : in s; the step must divide the time between start and stop. Times of
-        all points, in place of a step, lay out steps that differ
+        all points from start to stop, in place of a step, lay out steps that differ
     algorithm : default: Jacobi. If a slave discards a step, the run of a system is begun anew by `Retry`,
         which repeats such steps in smaller parts; an assembly is run so from the start
     record : variables as `slave.variable`; default: every output
@@ -79,40 +82,56 @@ def simulate(
     progress : called with communication steps done and to do, about 200 times in a run
     line : to the process that guards this one: gets the result before the slaves are ended and freed
     """
-    if pacing is not None and not 0 < pacing < math.inf:
-        raise InputError(f"{argument('pacing', pacing)}: not a pace; give a number above 0 (1 is real time)")
-    if isinstance(step_size, Sequence):
-        points = CommunicationPoints.at(step_size)
-    else:
-        points = CommunicationPoints.between(start_time, stop_time, step_size)
-    if isolation is not None or pacing is not None or statistics:
-        if stepping == "compiled":
-            raise InputError(
-                "compiled stepping: goes neither with isolated slaves nor with a pace or statistics; "
-                "leave one out"
-            )
-        stepping = "plain"
+    try:
+        points = _laid_out(start_time, stop_time, step_size)
+        stepping = _stepping(stepping, isolation is not None or pacing is not None or statistics, pacing)
+    except InputError:
+        if isinstance(system, Assembly):
+            system.close()
+        raise
     algorithm = algorithm or Jacobi()
-    order = Order(points, record, balances, stepping, pacing, check_stability, fmu_tolerance, progress, line)
+    request = RunRequest(
+        points, record, balances, stepping, pacing, check_stability, fmu_tolerance, progress, line
+    )
 
-    def carried_out(by: InParts, long_run: LongRun | None = long_run) -> tuple[Result, bool]:
+    def attempt(by: InParts, long_run: LongRun | None = long_run) -> tuple[Result, bool]:
         made = assemble(system, isolation, unpacked) if isinstance(system, System) else system
         if statistics:
             made = replace(made, slaves=[cast(Slave, TimedSlave(each)) for each in made.slaves])
-        return order.carried_out(made, by, long_run)
+        return request.carried_out(made, by, long_run)
 
     if isinstance(algorithm, InParts) or not isinstance(system, System):
-        return carried_out(algorithm if isinstance(algorithm, InParts) else Retry(algorithm))[0]
+        return attempt(algorithm if isinstance(algorithm, InParts) else Retry(algorithm))[0]
     # Slaves are told the truth: no state is copied, to go back to, before a step is discarded.
-    once, begins_anew = carried_out(Retry(algorithm, back=False))
+    once, begins_anew = attempt(Retry(algorithm, back=False))
     if not begins_anew:
         return once
     last = {
         name: once.table[name][-1:].tolist() for name in once.table.names
     }  # the next run takes the memory
     # A checkpoint of the run that ended is one of this run, too.
-    again, _ = carried_out(Retry(algorithm), long_run and replace(long_run, resume=True))
+    again, _ = attempt(Retry(algorithm), long_run and replace(long_run, resume=True))
     return replace(again, remarks=(*again.remarks, *differing(len(once.table) - 1, last, again)))
+
+
+def _laid_out(
+    start_time: float, stop_time: float, step_size: float | Sequence[float] | Array
+) -> CommunicationPoints:
+    if isinstance(step_size, Sequence | np.ndarray):
+        return CommunicationPoints.at([float(each) for each in step_size], start_time, stop_time)
+    return CommunicationPoints.between(start_time, stop_time, step_size)
+
+
+def _stepping(stepping: Stepping, watched: bool, pacing: float | None) -> Stepping:
+    """How a run steps that is `watched` at every step, or not; InputError where it cannot be as asked."""
+    if pacing is not None and not 0 < pacing < math.inf:
+        raise InputError(f"{argument('pacing', pacing)}: not a pace; give a number above 0 (1 is real time)")
+    if watched and stepping == "compiled":
+        raise InputError(
+            "compiled stepping: goes neither with isolated slaves nor with a pace or statistics; "
+            "leave one out"
+        )
+    return "plain" if watched else stepping
 
 
 def differing(row: int, values: Mapping[str, list[float]], again: Result) -> tuple[str, ...]:
@@ -130,8 +149,8 @@ def differing(row: int, values: Mapping[str, list[float]], again: Result) -> tup
 
 
 @dataclass(frozen=True)
-class Order:
-    """What is asked of a run, as `simulate` has it; whatever carries it out."""
+class RunRequest:
+    """What is asked of a run, as `simulate` has it."""
 
     points: CommunicationPoints
     record: Sequence[str] | None
@@ -195,7 +214,7 @@ class Order:
                 if line is not None:
                     line.keep(replace(found, balances=about), over)
 
-            found = run.result(keep, self.check_stability and self.pacing is None)
+            found = run.run(keep, self.check_stability and self.pacing is None)
             result = replace(found, balances=about)
             network.end_copies()
             error, able = result.error, not (network.unable_to_restore() or network.of_one_step())

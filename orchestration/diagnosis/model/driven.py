@@ -90,6 +90,7 @@ def _course(run: Driven) -> Array:
             float(run.time[-1]),
             run.time.tolist(),
             GaussSeidel(),
+            start_time=float(run.time[0]),
             record=run.outputs,
             balances=(),
             stepping="preferred",

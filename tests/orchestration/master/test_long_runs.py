@@ -121,6 +121,30 @@ def test_a_resumed_run_is_bit_identical(tmp_path: Path, algorithm: Algorithm) ->
     assert last.statistics.slave_steps >= whole.statistics.slave_steps - 1
 
 
+@pytest.mark.parametrize("more", [10, 0])
+def test_stability_of_a_resumed_run_is_tried_from_where_it_went_on(tmp_path: Path, more: int) -> None:
+    stepped: list[float] = []
+
+    def advance(x: float, u: Any, t: float, h: float) -> float:
+        stepped.append(t)
+        if t == 20.0 and dies:
+            raise SlaveError("a", "error", t, "killed")
+        return float(x + h * (float(u["u"]) - x) / 10)
+
+    def system() -> Assembly:
+        slave = MockSlave(
+            "a", inputs={"u": 1.0}, outputs={"y": lambda x, u, t: x}, state=0.0, advance=advance
+        )
+        return assembly([slave, counter("b", 1e-3)], *WIRES)
+
+    dies, long_run = more > 0, LongRun(tmp_path / "run", 10, resume=True)
+    assert simulate(system(), 30.0, 1.0, long_run=long_run).status == ("stopped" if dies else "completed")
+    dies = False
+    stepped.clear()
+    assert simulate(system(), 30.0, 1.0, long_run=long_run).status == "completed"
+    assert stepped == [*np.arange(30.0 - more, 30.0)] * 3, "once, and twice more to compare"
+
+
 KILLED = """
 import sys
 from pathlib import Path
