@@ -2,7 +2,7 @@
 
 States, parameters and outputs of the parts lie side by side under `instance.variable`; inputs that a wire
 feeds are gone, the others stay. Parts that are joined themselves are taken apart first, so that nesting
-changes names and nothing else.
+changes the names and order of variables, and nothing that is computed.
 
 Signals that jump (outputs declared discrete) are held over each micro step of the continuous states, as a
 master holds them from one communication point to the next. Sampled parts are sampled one after another in
@@ -35,8 +35,9 @@ def join(
 ) -> Component:
     """Join components into one.
 
-    Checks, bounds, units and descriptions are the parts'. InputError: a wire's end does not exist, an input
-    is fed twice, units differ, or wires close a loop in which each signal depends on the next at once.
+    Checks, bounds, units and descriptions are the parts'. InputError: there is no part, two have one name, a
+    wire's end does not exist, an input is fed twice, units differ, or wires close a loop in which each signal
+    depends on the next at once.
 
     Parameters
     ----------
@@ -48,14 +49,18 @@ def join(
     flat: dict[str, Component] = {}
     every = list(wires)
     for key, part in parts.items():
-        if part.joint is None:
-            flat[key] = part
-        else:
-            flat |= {f"{key}.{inner}": component for inner, component in part.joint.parts.items()}
+        inside = {key: part}
+        if part.joint is not None:
+            inside = {f"{key}.{inner}": component for inner, component in part.joint.parts.items()}
             every += [(f"{key}.{source}", f"{key}.{target}") for target, source in part.joint.wires.items()]
-    fed = _checked(name, flat, every)
-    joint = Joint(flat, fed)
-    continuous = [part.micro_step for part in flat.values() if part.rates is not None]
+        if twice := inside.keys() & flat.keys():
+            raise InputError(f"{name}: two parts are called {min(twice)}; call one of them otherwise")
+        flat |= inside
+    if not flat:
+        raise InputError(f"{name}: has no parts; give one or more to join")
+    source_of = _validated(name, flat, every)
+    joint = Joint(flat, source_of)
+    continuous = [part.micro_step for part in parts.values() if part.rates is not None]
 
     def together(kind: str, parts: Mapping[str, Component] = flat) -> tuple[Any, ...]:
         """Variables of a kind of all parts, side by side."""
@@ -64,7 +69,7 @@ def join(
     return Component(
         name=name,
         description=description or f"{', '.join(f'{key} ({part.name})' for key, part in flat.items())}",
-        inputs=tuple(_inputs(flat, fed)),
+        inputs=tuple(_free_inputs(flat, source_of)),
         parameters=together("parameters"),
         derived=together("derived"),
         states=together("states", joint.parts),
@@ -75,12 +80,12 @@ def join(
         begin=joint.begin,
         clocks=tuple(joint.clocks()),
         joint=joint,
-        terminals=tuple(_terminals(flat, fed)),
-        tables=tuple(_played(key, each) for key, part in flat.items() for each in part.tables),
-        checks=tuple(_check(key, check) for key, part in flat.items() for check in part.checks),
+        terminals=tuple(_terminals(flat, source_of)),
+        tables=tuple(_prefixed_table(key, each) for key, part in flat.items() for each in part.tables),
+        checks=tuple(_prefixed_check(key, check) for key, part in flat.items() for check in part.checks),
         micro_step=min(continuous, default=1.0),
-        default_stop_time=max(part.default_stop_time for part in flat.values()),
-        default_step_size=min(part.default_step_size for part in flat.values()),
+        default_stop_time=max(part.default_stop_time for part in parts.values()),
+        default_step_size=min(part.default_step_size for part in parts.values()),
     )
 
 
@@ -145,7 +150,9 @@ class Joint:
 
     def inputs(self, key: str, x: Record, u: Record, p: Record, time: Number) -> Number:
         """Flat inputs of a part during the run."""
-        return self.parts[key].u.flat(self._inputs(key, self._signals(self._before([key]), x, u, p, time), u))
+        return self.parts[key].u.flat(
+            self._inputs_of(key, self._signals(self._before([key]), x, u, p, time), u)
+        )
 
     def clocks(self) -> Iterable[Clock]:
         """One for each clock of a part, in the order of the parts."""
@@ -200,9 +207,9 @@ class Joint:
         return signals
 
     def _record(self, key: str, signals: Values, free: Record) -> Record:
-        return self.parts[key].u.record(self._inputs(key, signals, free))
+        return self.parts[key].u.record(self._inputs_of(key, signals, free))
 
-    def _inputs(self, key: str, signals: Values, free: Record) -> Values:
+    def _inputs_of(self, key: str, signals: Values, free: Record) -> Values:
         """Inputs of a part by name; those not known yet stand at their start value."""
         found: dict[str, Number] = {}
         for variable in self.parts[key].inputs:
@@ -236,7 +243,7 @@ def _prefixed(key: str, variable: Variable) -> Variable:
     return replace(variable, name=f"{key}.{variable.name}")
 
 
-def _checked(name: str, parts: Mapping[str, Component], wires: Iterable[Wire]) -> dict[str, str]:
+def _validated(name: str, parts: Mapping[str, Component], wires: Iterable[Wire]) -> dict[str, str]:
     """Source by target of each wire, once both ends are known to fit."""
     ends = {f"{key}.{scalar.name}": scalar for key, part in parts.items() for scalar in part.scalars()}
     fed: dict[str, str] = {}
@@ -244,6 +251,8 @@ def _checked(name: str, parts: Mapping[str, Component], wires: Iterable[Wire]) -
         where = f"{name}, wire {source} -> {target}"
         for end, kind in ((source, Output), (target, Input)):
             if end not in ends or not isinstance(ends[end].variable, kind):
+                if f"{end}[1]" in ends:
+                    raise InputError(f"{where}: {end} is a vector; connect its elements, as {end}[1]")
                 raise InputError(f"{where}: {end} is no {kind.__name__.lower()} of its parts")
         if target in fed:
             raise InputError(f"{where}: {target} is fed by {fed[target]} already; leave one out")
@@ -254,7 +263,7 @@ def _checked(name: str, parts: Mapping[str, Component], wires: Iterable[Wire]) -
     return fed
 
 
-def _inputs(parts: Mapping[str, Component], wires: Mapping[str, str]) -> Iterable[Input]:
+def _free_inputs(parts: Mapping[str, Component], wires: Mapping[str, str]) -> Iterable[Input]:
     """Inputs that no wire feeds; of a vector that some wires feed, the elements left over."""
     for key, part in parts.items():
         for variable in part.inputs:
@@ -274,13 +283,13 @@ def _terminals(parts: Mapping[str, Component], wires: Mapping[str, str]) -> Iter
             yield Terminal(f"{key}.{terminal.name}", terminal.kind, members)
 
 
-def _played(key: str, played: Played) -> Played:
+def _prefixed_table(key: str, played: Played) -> Played:
     """A table that a part plays as one of the whole."""
     columns = tuple(_prefixed(key, each) for each in played.columns)
     return replace(played, name=f"{key}.{played.name}", columns=columns)
 
 
-def _check(key: str, check: Check) -> Check:
+def _prefixed_check(key: str, check: Check) -> Check:
     """A part's check as one of the whole: the names in its sentence are the whole's."""
     sentence = f"{key}." + FIELD.sub(lambda field: f"{{{key}.{field[1]}}}", check.sentence)
     return Check(lambda p: check.margin(part_of(p, key)), sentence)

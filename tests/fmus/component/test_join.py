@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -127,8 +128,29 @@ def test_a_loop_with_a_memory_is_none() -> None:
         ([("a.u", "b.u")], "Ring, wire a.u -> b.u: a.u is no output of its parts"),
         ([("a.y", "b.u"), ("b.y", "b.u")], "b.u is fed by a.y already; leave one out"),
         ([("d.link.elongation", "b.u")], "m does not fit W; connect equal units"),
+        (
+            [("d.link.sensor_temperature", "b.u")],
+            "d.link.sensor_temperature is a vector; connect its elements, as d.link.sensor_temperature[1]",
+        ),
     ],
 )
 def test_wires_that_do_not_fit_are_refused(wires: list[tuple[str, str]], sentence: str) -> None:
     with pytest.raises(InputError, match=re.escape(sentence)):
         join("Ring", {"a": gain("A", False), "b": gain("B", False), "d": plant()}, wires)
+
+
+def test_nothing_is_not_joined() -> None:
+    with pytest.raises(InputError, match="Ring: has no parts; give one or more to join"):
+        join("Ring", {})
+
+
+def test_two_parts_of_one_name_are_refused() -> None:
+    inner = join("Inner", {"b": gain("B", False)})
+    with pytest.raises(InputError, match=re.escape("Ring: two parts are called a.b")):
+        join("Ring", {"a.b": gain("A", False), "a": inner})
+
+
+def test_what_was_set_of_a_joined_part_holds_in_the_whole() -> None:
+    inner = replace(plant(), default_stop_time=99.0, default_step_size=0.5, micro_step=0.25)
+    whole = join("Whole", {"inner": inner})
+    assert (whole.default_stop_time, whole.default_step_size, whole.micro_step) == (99.0, 0.5, 0.25)
