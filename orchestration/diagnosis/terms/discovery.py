@@ -40,6 +40,7 @@ _LOOP = (
 _NO_TERM = "none of the candidates explains the run to within the noise"
 _NO_GAIN = "surroundings that wander explain the run, so that no term is worth its description"
 
+_BY_CAUSES = "the catalogue explains the run"
 _BEATEN = "causes leave less of the fitted rows, though the held-out rows do not bear them out"
 
 MOST_MEMBERS = 12
@@ -104,7 +105,7 @@ def discover(
     assessment : what the search for causes found on the fitted rows
     verdict : after the gate on held-out rows
     experiment, scores : the whole experiment, and its errors
-    before : held-out errors of the model as it stands
+    before : held-out errors of the model as it stands; None where no rows are held out
     """
     if experiment.rig.in_loop:
         return Discovery("none", because=_LOOP)
@@ -126,11 +127,13 @@ def discover(
     )
     margin = by_causes - min((each.score for each in explaining), default=np.inf)
     if margin < -NEAR and np.isfinite(by_causes):
-        return replace(nothing, finding="catalogue", because="the catalogue explains the run")
+        return replace(nothing, finding="catalogue", because=_BY_CAUSES)
     if not explaining:
         return replace(nothing, because=_NO_GAIN if search.needs_none else _NO_TERM)
     explaining = _not_beaten(explaining, assessment)
     if not explaining:
+        if verdict in ("named", "ambiguous"):
+            return replace(nothing, finding="catalogue", because=_BY_CAUSES)
         return replace(nothing, because=_BEATEN)
     wander = assessment.fitter.wander
     passed, why = _through_the_gates(
@@ -142,7 +145,22 @@ def discover(
     )
     if not passed:
         return replace(nothing, because=why[:1].lower() + why[1:].removesuffix("."))
+    return _beside_causes(nothing, passed, assessment, verdict, by_causes, causes)
+
+
+def _beside_causes(
+    nothing: Discovery,
+    passed: Sequence[tuple[FittedTerms, Foretold]],
+    assessment: Assessment,
+    verdict: Word,
+    by_causes: float,
+    causes: tuple[str, ...],
+) -> Discovery:
+    """What is believed of equations that passed every gate, beside causes and their score."""
     members = [each for each, _ in passed]
+    margin = by_causes - min(each.score for each in members)
+    if margin < -NEAR:
+        return replace(nothing, finding="catalogue", because=_BY_CAUSES)
     if as_well := _causes_as_well(members, assessment, verdict, margin, causes):
         # Their own forms are no other explanations.
         own = {*as_well, *causes}
@@ -216,7 +234,7 @@ def _causes_as_well(
     margin: float,
     causes: tuple[str, ...],
 ) -> tuple[str, ...]:
-    """Causes that explain the run as well as equations: by their score, or one of these is one of those."""
+    """Causes that explain the run as well as equations: by their score, or as an equation by another name."""
     if margin < NEAR:
         return causes
     found = {name for fit in (assessment.best, *assessment.rivals) for name in fit.key}
@@ -231,7 +249,10 @@ def _disguise(tried: FittedTerms) -> str:
 
 
 def _catalogue_score(search: TermSearch, verdict: Word) -> tuple[float, tuple[str, ...]]:
-    """Best score of causes that were found, with their description, and they; infinity if none explains."""
+    """Best score of the causes that were found, their number counted, and these causes.
+
+    Where none explains the run, the score is infinite, and the causes are those that left least.
+    """
     assessment = search.assessment
     if verdict not in ("named", "ambiguous"):
         return np.inf, tuple(sorted(assessment.best.key))

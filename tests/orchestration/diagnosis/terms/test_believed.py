@@ -12,6 +12,8 @@ import pytest
 from warmlink.orchestration.diagnosis.ladder.prediction import HeldOut
 from warmlink.orchestration.diagnosis.terms import discovery
 from warmlink.orchestration.diagnosis.terms.discovery import (
+    Discovery,
+    _beside_causes,
     _catalogue_score,
     _causes_as_well,
     _not_beaten,
@@ -65,6 +67,22 @@ def test_what_leaves_more_than_a_cause_is_not_believed(word: str, left: float, k
     model: Any = SimpleNamespace(fit=SimpleNamespace(chi2=left))
     switches = FittedTerms(model, left + 52.0, 0.08)
     assert len(_not_beaten([switches], assessment)) == kept
+
+
+@pytest.mark.parametrize(
+    ("score", "finding", "beside"),
+    [(108.0, "catalogue", ()), (101.0, "ambiguous", ("radiation",)), (90.0, "equation", ())],
+)
+def test_causes_are_weighed_against_equations_that_passed(
+    score: float, finding: str, beside: tuple[str, ...]
+) -> None:
+    """An equation that held-out rows refused was better than the cause; the one left was worse."""
+    chosen = SimpleNamespace(candidates=(SimpleNamespace(cause=""),))
+    model: Any = SimpleNamespace(chosen=chosen)
+    passed: Any = [(FittedTerms(model, score, 1.0), None)]
+    assessment: Any = SimpleNamespace(best=SimpleNamespace(key={"radiation"}), rivals=())
+    found = _beside_causes(Discovery("none"), passed, assessment, "named", 100.0, ("radiation",))
+    assert (found.finding, found.causes) == (finding, beside)
 
 
 def test_held_out_rows_say_between_which_levels_a_switch_lies(monkeypatch: pytest.MonkeyPatch) -> None:
