@@ -179,11 +179,20 @@ def _contradiction(plant: LinearPlant) -> float:
 
 
 def _held_of_link_heat(plant: LinearPlant) -> float:
-    """Heat that the link holds in the end by 1 W in itself, relative to 1 W in the shaft."""
+    """Heat that the link holds in the end by 1 W in itself, relative to 1 W in the shaft.
+
+    InputError where none comes from the shaft.
+    """
     A, B = plant.at(USUAL_SPEED)
     link = list(plant.link_states)
     held = (plant.heat_capacity * plant.uniform)[link] @ np.linalg.solve(-A, B)[link]
-    return float(held[INPUTS.index("link_heat")] / held[INPUTS.index("shaft_heat")])
+    own, of_shaft = (float(held[INPUTS.index(name)]) for name in ("link_heat", "shaft_heat"))
+    if not of_shaft > 0:
+        raise InputError(
+            "design: heat of the shaft does not reach the link, whose growth does not follow the motor then; "
+            "give the joint a conductance above 0 W/K"
+        )
+    return own / of_shaft
 
 
 def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | list[float]]:

@@ -46,7 +46,8 @@ class FreeNumber:
     variable : the FMU variable, or the first of several that share the value
     slots : indices of the variables that take the value
     runs : indices of the runs in which it acts
-    lower, upper, start : bounds and starting value in SI; for a cause the start is the neutral value
+    lower, upper, start : bounds and starting value in SI; for a cause the start is the neutral value, where
+        runs have several known ones that of the first
     group : value of the label that it belongs to, "" for all
     calibrated : whether every model fits it, the uncorrected one included
     added : whether it is added to each variable's own value
@@ -146,7 +147,7 @@ class Candidates:
         return [*self.calibrated, *(freed for item in self.items for freed in item.freed)]
 
     def values(self, run: int, freed: Iterable[FreeNumber], theta: Iterable[float]) -> Array:
-        """Slots of a run for fitted values; the later of two that share a slot counts."""
+        """Slots of a run for fitted values: some are added, and of others in one slot the later counts."""
         z = self.neutral[run].copy()
         for parameter, value in zip(freed, theta, strict=True):
             if run in parameter.runs:
@@ -182,7 +183,7 @@ class Candidates:
         )
 
     def _open_at_start(self, i: int, run: Run) -> dict[str, float]:
-        """What a run's start leaves open, and by how much."""
+        """What a run's start leaves open, and by how much in the variable's unit."""
         if not (self.experiment.initial_measured or self.experiment.calibrated):
             return {}
         stated = {each.variable for each in self.experiment.calibrated}
@@ -233,24 +234,30 @@ class Candidates:
             # The calibrated value serves the first group.
             groups = every if also is None else every[1:]
             if groups and not (label and len(every) < 2):
-                freed = (
+                freed = tuple(
                     FreeNumber(variables[0], slots, runs, *bounds, group, added=cause.added)
                     for group, runs in groups
                     for bounds in [self._bounds_of(cause, variables[0], slots[0], runs[0], also)]
                 )
-                yield Item(name, cause, tuple(freed), label)
+                # A share of a known 0 is 0: such a cause has nothing to change.
+                if all(each.span > 0 for each in freed):
+                    yield Item(name, cause, freed, label)
 
     def _bounds_of(
         self, cause: Cause, variable: str, slot: int, run: int, also: Calibration | None
     ) -> tuple[float, float, float]:
-        """Lower and upper bound of a cause's number, and its start; `also` where it is calibrated as well."""
+        """Lower and upper bound of a cause's number, and its start; `also` where it is calibrated as well.
+
+        A known value beyond the usual bounds is within them.
+        """
         nominal = float(self.neutral[run][slot])
         camera = variable in self._camera_offsets and not cause.declared
         size = (nominal if cause.relative else 1.0) * (_PER_KELVIN if camera else 1.0)
         lower, upper = cause.lower * size, cause.upper * size
         if also is not None:
             lower, upper, nominal = also.lower, also.upper, also.start
-        return lower, upper, nominal if cause.neutral is None else cause.neutral
+        start = nominal if cause.neutral is None else cause.neutral
+        return min(lower, upper, start), max(lower, upper, start), start
 
     @cached_property
     def _camera_offsets(self) -> set[str]:

@@ -192,6 +192,8 @@ def test_bad_designs_are_refused_in_a_sentence() -> None:
         design_controller(sensors=("base",), sensor_std=-1.0)
     with pytest.raises(InputError, match=r"link\.width: -0\.02 m is not positive"):
         design_controller(plant=cell_plant(link={"width": -0.02}))
+    with pytest.raises(InputError, match="design: heat of the shaft does not reach the link"):
+        design_controller(plant=cell_plant(motor={"joint_conductance": 0.0}))
     with pytest.raises(InputError, match=r"link\.colour: ThermalLink has no such variable"):
         plant_model(cell_plant(link={"colour": 1.0}))
     with pytest.raises(InputError, match="order: 0 is not possible; the plant has 42 states"):
