@@ -15,9 +15,10 @@ from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.console import remark, remark_once
 from warmlink.orchestration.fmu_store import FmuStore, store
+from warmlink.orchestration.machine.added_heat import HeatPath, Paths
 from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.machine.read import NamedMachine, machine_of, with_roles
-from warmlink.orchestration.machine.rig import HeatPath, Paths, Rig, rig
+from warmlink.orchestration.machine.rig import Rig, rig
 from warmlink.orchestration.system.assemble import component, connected, end_of, owner_of, read_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, read_description

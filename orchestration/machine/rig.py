@@ -9,7 +9,6 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
 
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component, Input, Parameter, Scalar
@@ -20,14 +19,12 @@ from warmlink.fmus.heat_term.component import is_term
 from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.machine.added_heat import Paths
 from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, PLAYER, Machine
 from warmlink.orchestration.machine.roles import WeightedSum
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.system.assemble import owner_of
 from warmlink.orchestration.system.model import FmuPart, System, Value
-
-if TYPE_CHECKING:
-    from warmlink.orchestration.fmu_store import FmuStore
 
 AT_SENSOR = {"base_temperature": 1, "tip_temperature": 3}
 """Elements of a link's `sensor_temperature`, counted from 1, that are outputs of their own as well."""
@@ -44,32 +41,9 @@ _REQUIRED = {
 """Inputs of a component that every run should have, with a space between; after | what may take its place."""
 
 
-class HeatPath(Protocol):
-    """A conductance or a source of heat that a cause may add: see `diagnosis/causes/declared.py`."""
-
-    @property
-    def parameter(self) -> str:
-        """Name of its parameter that is 0 until the cause acts; empty if it always carries heat."""
-
-    @property
-    def sources(self) -> Mapping[str, str]:
-        """The output behind each of its inputs."""
-
-    @property
-    def totals(self) -> Mapping[str, str]:
-        """The heat flow behind each of its ends that it changes."""
-
-    def fmu(self, store: FmuStore) -> Path:
-        """Its FMU, from a store, built where it is missing."""
-
-
-Paths = Mapping[str, HeatPath]
-"""Heat paths by the name of their cause, which is that of their instance."""
-
-
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """A machine as it is measured: its plant, everything in it but what samples, simulated as a whole.
+    """A machine as it is measured: its plant, which is all of it but sampled controllers and instruments.
 
     Attributes
     ----------
@@ -78,7 +52,7 @@ class Rig:
     foreign : what is known of parts that are in no catalogue, by instance; of these reduced links alone have
         equations
     looped : whether FMUs are co-simulated, even where every part is a component of warmlink
-    cut : outputs that were measured, so that the inputs that they feed follow the log
+    cut : outputs in whose place the log stands: the inputs that they feed follow it
     system : the FMUs, with the heat paths that causes may add to them; None for a shipped machine
     base, paths, parts_of_paths : the FMUs without the heat paths, the heat paths, and the FMUs of these
     moved : input of a heat path by the input in front of which it was put
@@ -106,7 +80,7 @@ class Rig:
 
     @property
     def in_loop(self) -> bool:
-        """Whether FMUs are simulated in a loop, as equations of a part are not known."""
+        """Whether FMUs are simulated in a loop: a part's equations are not known, or it was asked for."""
         unknown = (part for part in self.foreign.values() if not is_term(part))
         return self.looped or any(part.rates is None for part in unknown)
 
@@ -171,13 +145,14 @@ class Rig:
         """
         room = [name for name in self.parameters if name.endswith(".ambient_offset")]
         heat = [name for name in self.parameters if name.endswith(".standby_power")]
-        logged = (name for name in self.externals if self.part_of(name) in self.foreign)
-        room += (f"{OFFSET}:{name}" for name in logged if self.unit(name) == "K" and "ambient" in name)
+        foreign = ((name, part) for name in self.externals if (part := self.part_of(name)) in self.foreign)
+        ambient = (name for name, part in foreign if "ambient" in name.removeprefix(f"{part}."))
+        room += (f"{OFFSET}:{name}" for name in ambient if self.unit(name) == "K")
         return {signal: tuple(names) for signal, names in (("room", room), ("heat", heat)) if names}
 
     @cached_property
-    def shared(self) -> Mapping[str, tuple[str, ...]]:
-        """Inputs of the plant by the signal from outside that feeds them."""
+    def inputs_by_signal(self) -> Mapping[str, tuple[str, ...]]:
+        """Inputs of the plant by the signal from outside that feeds them, one or several."""
         found = dict(self.machine.signals)
         for source, target in self._wires(inside=False):
             found[source] = (*found.get(source, ()), target)
@@ -194,7 +169,7 @@ class Rig:
 
     def input_behind(self, end: str) -> str:
         """Input of the plant with the signal that feeds an end, of a controller for example; empty: none."""
-        return next(iter(self.shared.get(self.machine.fed.get(end, ""), ())), "")
+        return next(iter(self.inputs_by_signal.get(self.machine.fed.get(end, ""), ())), "")
 
     def part_of(self, name: str) -> str:
         """Instance whose variable a full name is; empty if no instance has it."""
@@ -211,18 +186,21 @@ class Rig:
         instance = self.part_of(output)
         variable = output[len(instance) + 1 :]
         name, _, element = variable.partition("[")
-        at = AT_SENSOR.get(variable, int(element[:-1]) if name == "sensor_temperature" else None)
+        at = AT_SENSOR.get(variable, int(element[:-1]) if element and name == "sensor_temperature" else None)
         return None if at is None or instance not in self.called("link") else (instance, at)
 
     def measured_at(self, variables: Iterable[str]) -> Rig:
-        """The same rig with these inputs taken from the log, whatever feeds them in the system."""
+        """The same rig with the log in place of the outputs behind these inputs, for all that they feed."""
         wanted = set(variables)
         cut = {source for source, target in self._wires(inside=True) if target in wanted}
         return replace(self, cut=self.cut | cut) if cut else self
 
     @cached_property
     def required_inputs(self) -> tuple[tuple[str, ...], ...]:
-        """Inputs that runs should have, each with those in its place; none of a part the log stands for."""
+        """Inputs that runs should have, each with those in its place.
+
+        A part needs none if the log stands in place of all its outputs that are wired.
+        """
         found: dict[tuple[str, ...], tuple[str, ...]] = {}
         for instance in self.components:
             given = {source for source, _ in self.machine.wires if self.part_of(source) == instance}
@@ -295,7 +273,7 @@ class Rig:
 
     def fed_with(self, name: str, given: Collection[str] = ()) -> tuple[str, ...]:
         """Inputs that a signal for this input feeds, itself among them; not others that are `given` apart."""
-        group = next((group for group in self.shared.values() if name in group), (name,))
+        group = next((group for group in self.inputs_by_signal.values() if name in group), (name,))
         return tuple(each for each in group if each == name or each not in given)
 
 

@@ -251,8 +251,8 @@ class Assignment:
             return _DATE if short == _DATE else TIME
         if short in rig.columns:
             return rig.columns[short]
-        if name in rig.shared:
-            return rig.shared[name][0]
+        if name in rig.inputs_by_signal:
+            return rig.inputs_by_signal[name][0]
         if name in (*rig.externals, *rig.columns.values()):
             return name
         meant = [each for each in rig.externals if each.rpartition(".")[2] == short]

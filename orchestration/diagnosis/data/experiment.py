@@ -22,8 +22,9 @@ from warmlink.orchestration.diagnosis.data.experiment_file import (
     ExperimentFile,
 )
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
+from warmlink.orchestration.machine.added_heat import Paths
 from warmlink.orchestration.machine.heat_paths import rig_of
-from warmlink.orchestration.machine.rig import Paths, Rig
+from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.machine.sums import with_sums
 from warmlink.orchestration.machine.terms import PlacedTerm, placed_term
 from warmlink.orchestration.scenarios.overrides import to_si

@@ -1,6 +1,9 @@
 """What the wires of the shipped systems say of inputs, columns and sensors."""
 
-from warmlink.orchestration.machine.rig import rig
+from dataclasses import replace
+
+from warmlink.fmus.component import Component, Input
+from warmlink.orchestration.machine.rig import OFFSET, rig
 
 
 def test_the_plant_of_the_cell_is_its_continuous_components() -> None:
@@ -58,3 +61,19 @@ def test_every_run_should_have_what_drives_its_components() -> None:
     )
     assert rig("WarmupCell").required_inputs == rig("BenchMotor").required_inputs == demands
     assert rig("BenchRod").required_inputs == (("heater.on",), ("link.ambient_temperature",))
+
+
+def test_a_vector_of_temperatures_is_no_place_on_a_link() -> None:
+    cell = rig("WarmupCell")
+    assert cell.on_link("link.sensor_temperature[2]") == ("link", 2)
+    assert cell.on_link("link.tip_temperature") == ("link", 3)
+    assert cell.on_link("link.sensor_temperature") is None
+
+
+def test_a_room_is_known_by_the_name_of_an_input_not_of_its_part() -> None:
+    inputs = tuple(Input(name, "K", "a", start=293.15) for name in ("coolant", "ambient_temperature"))
+    box = Component("Box", "a box", inputs=inputs, observe=lambda x, u, p, time: {})
+    cell = rig("WarmupCell")
+    machine = replace(cell.machine, parts={**cell.machine.parts, "ambient_box": "Box"})
+    found = replace(cell, machine=machine, foreign={"ambient_box": box}).wandering["room"]
+    assert [each for each in found if "box" in each] == [f"{OFFSET}:ambient_box.ambient_temperature"]
