@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, conduct, error_metrics
+from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, conduct, error_metrics, warm_up_first
 from warmlink.orchestration.closed_loop.outcome import discretisation_um
 from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
@@ -28,9 +28,6 @@ from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.written.entries import Number, OneOf
 from warmlink.orchestration.written.tables import Table
-
-WARM_UP_GRID_S = 60.0
-"""Time between the moments at which the end of a warm-up is tried, in s."""
 
 
 @dataclass(frozen=True)
@@ -207,36 +204,6 @@ def _coupling_um(case: Case, result: Result, fine: Result, errors: ErrorMetrics)
     finer = error_metrics(result.times, np.asarray(roles.score.value(fine.__getitem__))[::2], case.tolerance)
     moved = (whole_error(order) * abs(getattr(errors, name) - getattr(finer, name)) for name in BOUNDED)
     return max(1e6 * max(coupling_error(result, fine, order, roles.plant).values(), default=0.0), *moved)
-
-
-def warm_up_first(time: Array, elongation: Array, tolerance: float) -> float:
-    """Minutes within tolerance if the robot warms up without compensation and the zero is then set once.
-
-    The end of the warm-up is the best of the moments on a grid of a minute, as if it had been known
-    beforehand, so that a real warm-up gives at most a minute more. The growth is looked at six times a
-    minute, or at every step where steps are longer.
-
-    Parameters
-    ----------
-    time, elongation : communication points in s, equally far apart, and the growth there in m, shapes (n,)
-    tolerance : largest error in m that production allows
-    """
-    step = float(time[1] - time[0])
-    stride = max(1, round(WARM_UP_GRID_S / 6 / step))
-    at, growth = time[::stride], elongation[::stride]
-    each_minute = max(1, round(WARM_UP_GRID_S / (stride * step)))
-    ends, spans, numbers = np.arange(0, at.size, each_minute), np.diff(at), np.arange(at.size - 1)
-    best = 0.0
-    for first in range(0, ends.size, 16):  # as many at once as fit into a processor's cache
-        begin = ends[first]
-        if at[-1] - at[begin] <= best:  # nor would any that begins later
-            break
-        some = ends[first : first + 16, None]
-        away = growth[begin:-1] - growth[some]
-        good = np.abs(away, out=away) <= tolerance
-        good[:, : some[-1, 0] - begin] &= numbers[begin : some[-1, 0]] >= some
-        best = max(best, float(np.max(good @ spans[begin:], initial=0.0)))
-    return best / 60
 
 
 Metric = Callable[[Outcome, Case], float]
