@@ -48,8 +48,8 @@ STRUCTURE = 20.0
 """K2.s, intensity of what two constants leave of a wrong model: 0.2 K that lasts for some minutes."""
 
 HEAT_SHARE, HEAT_EXCESS = 0.6, 1.25
-"""Unknown heat into the shaft that no model's error explains: beyond a share of the motor's losses, and of
-`disturbance_std`."""
+"""Unknown heat into the shaft that no model's error explains: what is beyond this share of the motor's
+losses and this multiple of `disturbance_std`."""
 
 LEFT = 0.5
 """K of growth by such heat below which it has gone."""
@@ -58,10 +58,11 @@ LATE = 20.0
 """s that such heat has flowed before it is noticed."""
 
 OTHER = 0.2
-"""Size of s and s_1, of growth and contrast, from which on a machine has another structure than the model."""
+"""Size of s and s_1, of growth and contrast, at which a machine surely has another structure than the model;
+half of it counts a quarter."""
 
 LOOK = 10.0
-"""s between two looks at the difference."""
+"""s between two updates of the filter."""
 
 _OFFSET = "error that the thermometers may have in common at the start (1 sigma); affects only correction_std"
 _WANDER = "by how much that error may wander in an hour (1 sigma); affects only correction_std"
@@ -80,7 +81,7 @@ STATES = (
     State("shares_spread", "1", size=packed_size(3)),
     State("unexplained", "K"),
 )
-"""Modes by unknown heat alone, 1 while there is any; time since the last look; by how much each thermometer
+"""Modes by unknown heat alone, 1 while there is any; time since the last update; by how much each thermometer
 leapt there and back since one was left out, see `_remaining`; the fields of `Learnt`."""
 
 
@@ -108,7 +109,8 @@ def first_states(
 
     Parameters
     ----------
-    recalled, valid, passed : what `kept` gave, 1 where it did, and the time in s since then
+    modes, duty_modes : modes of the plant as the first readings show it, and as duty alone explains it
+    recalled, valid, passed : what `kept` gave, shape (KEPT,); 1 where it did; and the time in s since then
     """
     leapt, delayed, shares = recalled[:SENSORS], recalled[SENSORS], recalled[SENSORS + 1 : SENSORS + 7]
     growth = _growth(duty_modes, p) - _cold(duty, p)
@@ -197,7 +199,15 @@ def _remaining(before: Number, leap: Number, off: Number) -> Number:
 
 
 class Learnt(NamedTuple):
-    """States that change only with a look, by name: L g; s, s_1, b and their covariance; what they leave."""
+    """States that change only with an update of the filter.
+
+    Attributes
+    ----------
+    delayed_growth : L g in K
+    shares : s, s_1 and b in K of the growth, then those of the contrast
+    shares_spread : covariance of s, s_1 and b, packed
+    unexplained : one standard deviation in K of what may be the law's error: by b, or by what s and s_1 leave
+    """
 
     delayed_growth: Number
     shares: Number
@@ -214,7 +224,7 @@ def _heated(modes: Number, heat: Number, duty: BelievedDuty, p: Record, heated: 
 
 
 class Shown(NamedTuple):
-    """What a look shows.
+    """What an update of the filter goes by.
 
     Attributes
     ----------
@@ -237,7 +247,7 @@ class Shown(NamedTuple):
 
 @skip_if_zero
 def _looked(before: Learnt, shown: Shown, p: Record, since: Number, look: Number) -> Learnt:
-    """What is learnt from a look `since` seconds after the last one, where there is one."""
+    """What is learnt by an update `since` seconds after the last one, where `look` is 1."""
     after = _learnt(before, shown, p, since)
     return Learnt(*(where(look > 0, new, old) for new, old in zip(after, before, strict=True)))
 
@@ -278,5 +288,5 @@ def _growth(modes: Number, p: Record) -> Number:
 
 
 def _cold(duty: BelievedDuty, p: Record) -> Number:
-    """Growth of a link as warm as the surroundings."""
+    """Growth in K of a link as warm as the surroundings."""
     return duty.ambient_temperature - p.linearisation_temperature

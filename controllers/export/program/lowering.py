@@ -1,4 +1,4 @@
-"""Expressions become statements: what is used often or has a name gets a variable, an array a loop."""
+"""Expressions become statements: a variable for what is long or used often (`Uses.held`), a loop for an array."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ LOOPS = ("i", "j", "k")
 class Lowering(Uses):
     """One function of a law on its way from expressions to statements."""
 
-    def routine(self) -> Routine:
-        """The function as statements."""
+    def lowered(self) -> Routine:
+        """The function as statements; to be called once."""
         done: set[int] = set()
         late = {id(one) for one, target in self._targets if self._late(one, target)}
         for one in self._order:
@@ -119,6 +119,7 @@ class Lowering(Uses):
         return found
 
     def _call(self, call: Call) -> None:
+        """Add the call of a routine, with variables for what it gives back, whether read or not."""
         routine = self.routines[id(call.function)]
         results = {e.data[1]: e for e in self._order if e.kind == "result" and e.data[0] is call}
         taken: list[tuple[Slot, Read]] = []
@@ -230,7 +231,10 @@ class Lowering(Uses):
         return [each for each in made if not stays(each)]
 
     def element(self, one: Computed, dims: tuple[str | int, ...]) -> Value:
-        """An element of an expression; of a number, itself."""
+        """An element of an expression; of a number, itself.
+
+        Divisions by what may be 0 and roots of what may be negative are guarded: they give 0.
+        """
         dims = dims if one.shape else ()
         place = self._place(one)
         if one.kind == "leaf" and place is None:

@@ -130,7 +130,7 @@ def program(component: Component, settled: Number, name: str, single: bool) -> L
             targets = _targets(traced, leaves, local)
         else:
             _arguments(traced, leaves, local)
-        routines[id(traced)] = Lowering(traced, targets, leaves, tables, local, routines).routine()
+        routines[id(traced)] = Lowering(traced, targets, leaves, tables, local, routines).lowered()
     every = list(routines.values())
     read = {id(slot): slot for routine in every for slot in routine.slots() if slot.record == "design"}
     recall = [slot for name in RECALLED if (slot := leaves.get(("recall", name)))]
