@@ -1,4 +1,4 @@
-"""Expressions become statements: a variable for what is long or used often (`Uses.held`), a loop for an array."""
+"""Expressions become statements: a variable for what is long or used often (`Uses.held`), an array a loop."""
 
 from __future__ import annotations
 
