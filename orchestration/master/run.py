@@ -170,49 +170,17 @@ class RunRequest:
 
         Tells, too, whether the run is to be begun anew with an algorithm that goes back.
         """
-        points, line, progress = self.points, self.line, self.progress
         try:
             balances = self.balances
             if balances is None:
                 balances = heat_balances(assembly.slaves, assembly.connections)
-            known = [(slave.name, v) for slave in assembly.slaves for v in slave.variables.values()]
-            outputs = [f"{slave}.{v.name}" for slave, v in known if is_recorded(v)]
-            ends = [end for balance in balances for end in (balance.delivered, balance.received)]
-            names = list(dict.fromkeys([*(outputs if self.record is None else self.record), *ends]))
-            watched = sorted(set(names) & set(outputs))
-            network = Network(assembly.slaves, assembly.connections, watched, self.process)
-            schedule = algorithm.schedule(network)
-            chosen = algorithm.inner if isinstance(algorithm, Retry) else algorithm
-            compiled = choose(self.stepping, chosen, schedule, points.count * len(assembly.slaves))
-            stepper = algorithm.bind(network, points)
-            # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
-            checkpoints, values = None, None
-            if long_run is not None:
-                said = fingerprint(assembly, names, points, algorithm, self.tolerance)
-                checkpoints = Checkpoints(long_run, network, said)
-                values = checkpoints.values
-            recorder = Recorder(network, names, points, values, None if line is None else line.block)
-            if line is not None:
-                file = None if values is None else values.path
-                line.began(Result(recorder.header, "stopped", balances=tuple(balances)), file)
-                progress = line.progress
-            if checkpoints is not None and checkpoints.found is None:
-                checkpoints.forget()
-            hindrance = obstacle(network, recorder) if compiled else None
-            if hindrance is not None and self.stepping == "compiled":
-                raise InputError(f"compiled stepping: {hindrance}; choose plain stepping")
-            clock = None if self.pacing is None else StepClock(self.pacing)
-            compiled = compiled and hindrance is None
-            run = OneRun(
-                *(assembly, network, recorder, stepper, schedule, checkpoints, clock, progress, compiled),
-                RunSpan(points.start_time, points.stop_time, self.tolerance, algorithm.goes_back),
-            )
-            about = tuple(balances)
+            run = self._prepared(assembly, algorithm, long_run, balances)
+            network, about = run.network, tuple(balances)
 
             def keep(found: Result, over: bool = False) -> None:
                 network.end_copies()
-                if line is not None:
-                    line.keep(replace(found, balances=about), over)
+                if self.line is not None:
+                    self.line.keep(replace(found, balances=about), over)
 
             found = run.run(keep, self.check_stability and self.pacing is None)
             result = replace(found, balances=about)
@@ -236,3 +204,41 @@ class RunRequest:
             return result, bool(anew)
         finally:
             assembly.close()
+
+    def _prepared(
+        self, assembly: Assembly, algorithm: InParts, long_run: LongRun | None, balances: Sequence[Balance]
+    ) -> OneRun:
+        """A run that is ready to begin; InputError where it cannot be as it was asked for."""
+        points, line, progress = self.points, self.line, self.progress
+        known = [(slave.name, v) for slave in assembly.slaves for v in slave.variables.values()]
+        outputs = [f"{slave}.{v.name}" for slave, v in known if is_recorded(v)]
+        ends = [end for balance in balances for end in (balance.delivered, balance.received)]
+        names = list(dict.fromkeys([*(outputs if self.record is None else self.record), *ends]))
+        watched = sorted(set(names) & set(outputs))
+        network = Network(assembly.slaves, assembly.connections, watched, self.process)
+        schedule = algorithm.schedule(network)
+        chosen = algorithm.inner if isinstance(algorithm, Retry) else algorithm
+        compiled = choose(self.stepping, chosen, schedule, points.count * len(assembly.slaves))
+        stepper = algorithm.bind(network, points)
+        # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
+        checkpoints, values = None, None
+        if long_run is not None:
+            said = fingerprint(assembly, names, points, algorithm, self.tolerance)
+            checkpoints = Checkpoints(long_run, network, said)
+            values = checkpoints.values
+        recorder = Recorder(network, names, points, values, None if line is None else line.block)
+        if line is not None:
+            file = None if values is None else values.path
+            line.began(Result(recorder.header, "stopped", balances=tuple(balances)), file)
+            progress = line.progress
+        if checkpoints is not None and checkpoints.found is None:
+            checkpoints.forget()
+        hindrance = obstacle(network, recorder) if compiled else None
+        if hindrance is not None and self.stepping == "compiled":
+            raise InputError(f"compiled stepping: {hindrance}; choose plain stepping")
+        clock = None if self.pacing is None else StepClock(self.pacing)
+        compiled = compiled and hindrance is None
+        return OneRun(
+            *(assembly, network, recorder, stepper, schedule, checkpoints, clock, progress, compiled),
+            RunSpan(points.start_time, points.stop_time, self.tolerance, algorithm.goes_back),
+        )
