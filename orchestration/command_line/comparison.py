@@ -168,7 +168,7 @@ def compare(
 
     sets = arguments.sets_given(parameters, set_)
     if data:
-        from warmlink.orchestration.command_line.replay import judge
+        from warmlink.orchestration.command_line.logs import judge
 
         others = duty_cycles, mismatch, replace, fmus, scheduler
         if any(each is not None for each in others) or exact or system != DEFAULT:
@@ -219,6 +219,11 @@ def compare(
             from warmlink.orchestration.report.comparison import write_comparison
 
             write_comparison(comparison, target / "report.html")
+    _answer(comparison, folder, report, json)
+
+
+def _answer(comparison: Comparison, folder: Path, report: bool, json: bool) -> None:
+    """Print the table and what its marks mean, or the rows as JSON; exit code 1 if a run stopped early."""
     if json:
         answer_json(comparison.records())
     else:

@@ -76,7 +76,7 @@ def design(
         raise InputError(f"--out {out}: is no parameter set; name a file that ends in .ssv")
     path = out or Path(f"{law}.ssv")
     if data:
-        from warmlink.orchestration.command_line.learning import learn
+        from warmlink.orchestration.command_line.logs import learn
 
         logs = [*data, *map(Path, system or ())]
         if replace:

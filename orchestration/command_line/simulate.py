@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import arguments
-from warmlink.orchestration.console import answer, answer_json, print_table, remark
+from warmlink.orchestration.command_line.simulated import answer_run
+from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import locked_folder, temporary_folder, write_files
-from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
+from warmlink.orchestration.master.algorithms import DEFAULT_MASTER, ERROR_CONTROLLED
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.results import refuse_others, results_folder, results_in
 
@@ -29,9 +28,6 @@ if TYPE_CHECKING:
 COMMANDS = ("simulate",)
 
 DEFAULT_CHECKPOINT = 3600
-WIDTH = 160
-MOST_SHOWN = 12
-"""Outputs in the table where none is watched."""
 
 
 def simulate(
@@ -93,7 +89,6 @@ def simulate(
         every output.
     quiet : Print no table.
     """
-    from warmlink.orchestration.master.algorithms import ERROR_CONTROLLED
     from warmlink.orchestration.master.algorithms.named import algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
     from warmlink.orchestration.master.error_budget import Attempt, attempted
@@ -101,21 +96,10 @@ def simulate(
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
-    from warmlink.orchestration.master.slaves.under_way import interruption
-    from warmlink.orchestration.report.plot import refuse_unmatched, series_writers
+    from warmlink.orchestration.report.plot import refuse_unmatched
     from warmlink.orchestration.scenarios.plausible import declared_in, within_bands
     from warmlink.orchestration.scenarios.system_values import full_name, with_parameters
-    from warmlink.orchestration.simulation import (
-        experiment_of,
-        halvable,
-        in_turns,
-        largest_step,
-        own_steps,
-        relative_tolerance,
-        remarks_on_steps,
-        tolerances_of,
-        variables,
-    )
+    from warmlink.orchestration.simulation import halvable, in_turns, relative_tolerance, variables
     from warmlink.orchestration.system.assemble import read_system
     from warmlink.orchestration.system.replacement import Replacements
 
@@ -138,13 +122,7 @@ def simulate(
         watch = [full_name(read, name) for name in watch] if watch else None
         for told in read.remarks:
             remark(told)
-        stop_time, step_size = experiment_of(read, stop, step)
-        allowed: dict[str, float] = {}
-        if tolerance is not None:
-            allowed = tolerances_of(read, tolerance, watch)
-            step_size = largest_step(read, stop_time, step_size if step or own_steps(read) else None)
-        for told in remarks_on_steps(read, stop_time, step_size, stop):
-            remark(told)
+        stop_time, step_size, allowed = _experiment(read, stop, step, tolerance, watch)
         if repeats and not halvable(read, step_size):
             repeats = False
             remark(f"the coupling error is not bounded, for an FMU does not go on by {step_size / 2:g} s")
@@ -184,23 +162,37 @@ def simulate(
             known = declared_in(read)
             found = found.looked_at(lambda result: within_bands(result, known))
             found = found.with_remarks(*_beyond(found), *_late(read, found.unseen))
-            result = found.result
-            master = master if found.algorithm is chosen else ERROR_CONTROLLED
-            with interruption():  # a Ctrl-C now does not cost what was computed
-                earlier = bool(results_in(folder, "simulate"))
-                lost = write_files(target, series_writers(result.table, written, csv), earlier)
-    summary = _summary(result, found.stopped, found.bounds, folder)
-    if json:
-        answer_json(summary)
-    else:
-        if not quiet:
-            _print_table(summary, f"{read.name} · {step_size:g} s steps · {master}", watch)
-        _print_rest(summary)
-        if statistics:
-            arguments.print_statistics(result.statistics)
-    for told in result.remarks:
-        remark(told)
+            lost = _write(found.result, target, folder, written, csv)
+    by = master if found.algorithm is chosen else ERROR_CONTROLLED
+    answer_run(found, folder, f"{read.name} · {step_size:g} s steps · {by}", watch, statistics, quiet, json)
     arguments.finish(folder, lost, found.stopped)
+
+
+def _experiment(
+    system: System, stop: str | None, step: str | None, tolerance: str | None, watch: Sequence[str] | None
+) -> tuple[float, float, dict[str, float]]:
+    """Stop time and communication step in s, and the coupling error that is allowed by variable."""
+    from warmlink.orchestration import simulation
+
+    stop_time, step_size = simulation.experiment_of(system, stop, step)
+    allowed: dict[str, float] = {}
+    if tolerance is not None:
+        allowed = simulation.tolerances_of(system, tolerance, watch)
+        asked = step_size if step or simulation.own_steps(system) else None
+        step_size = simulation.largest_step(system, stop_time, asked)
+    for told in simulation.remarks_on_steps(system, stop_time, step_size, stop):
+        remark(told)
+    return stop_time, step_size, allowed
+
+
+def _write(result: Result, target: Path, folder: Path, written: Sequence[str], csv: bool) -> str | None:
+    """Write the recorded values; what could not be written in the place of earlier ones is said."""
+    from warmlink.orchestration.master.slaves.under_way import interruption
+    from warmlink.orchestration.report.plot import series_writers
+
+    with interruption():  # a Ctrl-C now does not cost what was computed
+        earlier = bool(results_in(folder, "simulate"))
+        return write_files(target, series_writers(result.table, written, csv), earlier)
 
 
 def _beyond(found: Attempt) -> list[str]:
@@ -245,74 +237,3 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
         if text is not None:
             limits[f"{name}_limit"] = positive(text, unit, f"--{name}-limit")
     return Isolation(**limits) if isolate else None
-
-
-def _summary(
-    result: Result, stopped: str | None, bounds: Mapping[str, float], folder: Path
-) -> dict[str, Any]:
-    import numpy as np
-
-    outputs: dict[str, dict[str, Any]] = {}
-    for name in result.table.names if len(result.times) else ():
-        column, unit = result[name], result.table.units[name]
-        # A camera that has taken no picture yet reads NaN: this is no fault.
-        finite = column[np.isfinite(column)]
-        ends = (finite.min().item(), finite.max().item()) if len(finite) else (None, None)
-        outputs[name] = {"unit": unit, "last": _finite(column[-1].item()), "min": ends[0], "max": ends[1]}
-        if name in bounds:
-            outputs[name]["coupling_error"] = _finite(bounds[name])
-    balances = []
-    for audit in result.audits:
-        found = {"delivered_total": _finite(audit.delivered), "lost": _finite(audit.total)}
-        balances.append({**asdict(audit.balance), "unit": audit.unit, **found})
-    return {
-        "stop_time_s": float(result.times[-1]) if len(result.times) else None,
-        "stopped": stopped,
-        "remarks": list(result.remarks),
-        "compiled": result.statistics.compiled,
-        **({"statistics": result.statistics.to_dict()} if result.statistics.slaves else {}),
-        "largest_lag_s": result.statistics.largest_lag,
-        "results": str(folder),
-        "outputs": outputs,
-        "heat_balances": balances,
-    }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _print_table(summary: dict[str, Any], head: str, watched: Sequence[str] | None) -> None:
-    """Print the outputs that are watched, or the first ones where none is."""
-    outputs: dict[str, dict[str, Any]] = summary["outputs"]
-    shown = [name for name in outputs if name in watched] if watched else list(outputs)[:MOST_SHOWN]
-    bounded = any("coupling_error" in outputs[name] for name in shown)
-    headings = ["output", "unit", "last", "least", "largest", *(["coupling error"] if bounded else [])]
-    rows = []
-    for name in shown:
-        figures = outputs[name]
-        cells = [_cell(figures[key]) for key in ("last", "min", "max")]
-        if "coupling_error" in figures:
-            bound = figures["coupling_error"]
-            cells.append("unknown" if bound is None else f"±{bound:.2g}")
-        rows.append((name, figures["unit"] or "1", *cells))
-    print_table(head, headings, rows, texts=2, width=WIDTH)
-    if len(outputs) > len(shown):
-        more = len(outputs) - len(shown)
-        answer(f"{more} more outputs are in the results; --watch chooses what is shown")
-
-
-def _print_rest(summary: dict[str, Any]) -> None:
-    for balance in summary["heat_balances"]:
-        unit = f" {balance['unit']}" if balance["unit"] else ""
-        answer(
-            f"heat  {balance['delivered']} {_cell(balance['delivered_total'])}{unit}, "
-            f"of which {_cell(balance['lost'])}{unit} did not reach {balance['received']}"
-        )
-    if summary["largest_lag_s"]:
-        answer(f"largest delay behind the clock  {summary['largest_lag_s']:.3g} s")
-    answer(f"results  {summary['results']}")
-
-
-def _cell(value: float | None) -> str:
-    return "-" if value is None else str(value) if isinstance(value, int) else f"{value:.6g}"
