@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from warmlink.fmus.component import Component, Output, Scalar, limits
+from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.component.variables import VariableType
 from warmlink.fmus.errors import InputError, refusal
 from warmlink.fmus.names import instead
 from warmlink.orchestration.machine.machine import COMPENSATOR, DUTY
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
-from warmlink.orchestration.system.units import meaning
+from warmlink.orchestration.system.units import Unit, meaning, parse_unit
 from warmlink.orchestration.written.quantities import bare, converter, quantity
 
 _TYPES: Mapping[VariableType, type[float | int | bool]] = {"Real": float, "Integer": int, "Boolean": bool}
@@ -137,19 +139,34 @@ def given_values(given: Mapping[str, str | float] | str | Path) -> dict[str, str
     return dict(given) if isinstance(given, Mapping) else dict(parameters_of(Path(given)))
 
 
-def parameters_of(path: Path) -> dict[str, float]:
-    """Start values in SI units by `instance.variable`; a name without an instance belongs to the compensator.
+def parameters_of(path: Path) -> dict[str, str | float]:
+    """Start values with their units by `instance.variable`; a name without an instance is the compensator's.
 
     Raises InputError if the file cannot be read, or contains a value that is no number.
     """
-    found = {}
+    found: dict[str, str | float] = {}
     for name, parameter in read_ssv(path).items():
         full = name if "." in name else f"{COMPENSATOR}.{name}"
-        value, unit = parameter.value, None if parameter.unit is None else meaning(parameter.unit)
-        if isinstance(value, str):
-            raise InputError(f"{path.name}: {name}: {value!r} is not a number; leave it out of the file")
-        found[full] = float(value) if unit is None else unit.factor * float(value) + unit.offset
+        if isinstance(parameter.value, str):
+            told = f"{parameter.value!r} is not a number; leave it out of the file"
+            raise InputError(f"{path.name}: {name}: {told}")
+        found[full] = _with_unit(float(parameter.value), parameter.unit)
     return found
+
+
+def _with_unit(value: float, unit: Unit | None) -> str | float:
+    """A value as people write it, so that it is read for a variable: 0.5 degC of an offset are 0.5 K."""
+    if unit is None or unit.dash:
+        return value
+    known = meaning(unit)
+    with suppress(InputError):
+        if replace(parse_unit(known.name), name=known.name) == known:
+            return f"{value!r} {known.name}"
+    assert known.exponents is not None
+    base = ".".join(
+        f"{name}{power}" for name, power in zip(BASE_UNITS, known.exponents, strict=True) if power
+    )
+    return f"{known.factor * value + known.offset!r} {base or '1'}"
 
 
 def assigned(

@@ -27,6 +27,7 @@ from warmlink.orchestration.watch.offers import (
     write_offer,
 )
 from warmlink.orchestration.watch.ticks import Tick
+from warmlink.orchestration.written.quantities import quantity
 
 pytestmark = pytest.mark.xdist_group("sound cell")  # which one worker makes
 
@@ -95,7 +96,8 @@ def test_an_alarm_offers_its_rows_and_parameters(
     system = "WarmupCell"
     files = write_offer(tmp_path / "alarm-1", system, machine, learnt, ticks, [cause], design)
     assert files == [WINDOW_FILE, EXPERIMENT_FILE, MODEL_FILE, LAW_FILE]
-    offered = parameters_of(tmp_path / "alarm-1" / MODEL_FILE)
+    written = parameters_of(tmp_path / "alarm-1" / MODEL_FILE)
+    offered = {name: quantity(text, RIG.unit(name)) for name, text in written.items()}
     assert offered["motor.friction_factor"] == pytest.approx(1.25)
     assert offered == pytest.approx(designed[0])
     run = read_run(tmp_path / "alarm-1" / WINDOW_FILE, RIG)
