@@ -31,6 +31,9 @@ WORTH_IT = 0.05
 _LEAST_NOISE = 0.02
 """K; least noise of a thermometer: rounded readings seem to have less."""
 
+_READ = 0.8
+"""Share of the readings of the growth at which a thermometer was read too, at least, if it is to be used."""
+
 
 @dataclass(frozen=True)
 class LearntMap:
@@ -139,24 +142,34 @@ def learn(
     Raises
     ------
     InputError
-        A thermometer that was named was not measured, none is left, or there are too few readings; or
-        `sensor_std` is not positive.
+        A thermometer that was named was not measured, none is left, or there are too few readings; the growth
+        never changes; or `sensor_std` is not positive.
     """
     if sensor_std is not None and not sensor_std > 0:
         raise InputError(f"sensor_std={sensor_std}: noise of 0 K or less; give a value above 0 K, or none")
     rows = examples_of(logs)
-    measured = [i for i in range(len(SENSED)) if np.isfinite(rows.temperature[:, i]).all()]
-    used = measured if sensors is None else [SENSED.index(name) for name in sensors]
     where = logs[0].name if len(logs) == 1 else f"{logs[0].name} and {len(logs) - 1} more"
-    if absent := [SENSED[i] for i in used if i not in measured]:
-        raise InputError(f"{where}: {absent[0]} was not measured; add its column, or leave it out")
+    read = np.mean(np.isfinite(rows.temperature), axis=0)
+    measured = [i for i in range(len(SENSED)) if read[i] >= _READ]
+    used = measured if sensors is None else [SENSED.index(name) for name in dict.fromkeys(sensors)]
+    if absent := [i for i in used if i not in measured]:
+        told = (
+            f"was read at {100 * read[absent[0]]:.2g} % of the growth's readings"
+            if read[absent[0]]
+            else "was not measured"
+        )
+        raise InputError(f"{where}: {SENSED[absent[0]]} {told}; add its column, or leave it out")
     if not used:
         raise InputError(f"{where}: no temperature was measured; add a column 'base_temperature [degC]'")
+    rows = rows.part(np.flatnonzero(np.isfinite(rows.temperature[:, measured]).all(axis=1)))
     if sensors is None:
         used = _worth_it(rows, used, model)
     if (least := _readings_for(used)) > rows.growth.size:
-        told = f"{rows.growth.size} readings of the growth, {WINDOW:g} s or more apart, are too few"
+        told = f"{rows.growth.size} readings of the growth, of {WINDOW:g} s each, are too few"
         raise InputError(f"{where}: {told} for {len(used)} thermometers; measure at least {least}")
+    if np.ptp(rows.growth) == 0:
+        told = f"the growth is {1e6 * rows.growth[0]:g} um in every row, as by an instrument that is stuck"
+        raise InputError(f"{where}: {told}; give a log in which it was measured")
     learner = Learner(used, model)
     ridge, held = learner.best(rows)
     near, far = doubt(held)

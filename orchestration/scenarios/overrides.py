@@ -16,7 +16,7 @@ from warmlink.orchestration.machine.machine import COMPENSATOR, DUTY
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 from warmlink.orchestration.system.units import Unit, meaning, parse_unit
-from warmlink.orchestration.written.quantities import bare, converter, quantity
+from warmlink.orchestration.written.quantities import bare, converter, quantity, refuse_bare
 
 _TYPES: Mapping[VariableType, type[float | int | bool]] = {"Real": float, "Integer": int, "Boolean": bool}
 
@@ -100,16 +100,28 @@ def to_si(text: str | float, scalar: Scalar, where: str, difference: bool = Fals
     """SI value of `"6 W"` or `"22 degC"`, or of a bare number in SI, for a variable.
 
     `difference` says that it is one (a noise, an offset), even where the variable is a temperature. Raises as
-    `quantity`, and where a number in SI is too high that would do in the unit in which people read the
-    variable.
+    `quantity`, and where a number in SI is too high, or a temperature too cold, that would do in the unit in
+    which people read the variable.
     """
     variable = scalar.variable
     unit, display, most = variable.unit, variable.display, variable.maximum
+    if scalar.is_temperature and not difference and bare(text) != 0:  # 0 K may have a meaning of its own
+        refuse_bare(text, unit, where)
     value = quantity(text, unit, where, difference=difference or not scalar.is_temperature)
     if display and most is not None and value > most >= converter(display, unit)(value):
         told = f"{value:g} {unit} is too high (at most {most:g} {unit})"
         if value == bare(text):
             raise InputError(f"{where}: {told}; did you mean {value:g} {display}?")
+    return value
+
+
+def si_in_range(text: str | float, scalar: Scalar, where: str) -> float:
+    """SI value as by `to_si`; InputError also where it is out of the variable's range, or as cold as 0 K."""
+    if scalar.is_temperature:
+        refuse_bare(text, scalar.variable.unit, where)
+    value = to_si(text, scalar, where)
+    if (told := limits.problem(scalar, value)) is not None:
+        raise InputError(f"{where}: {told}")
     return value
 
 

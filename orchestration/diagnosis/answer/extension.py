@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 def extended_values(problem: Problem, fit: Fit) -> dict[str, float]:
-    """Values in SI, by full variable name, of everything that differs from the nominal system.
+    """Values in SI, by full variable name, of what is known of the system or was fitted.
 
     Where runs differ, the values are those of the first fitted run. What belongs to the log and its clock is
-    no part of a model.
+    no part of a model, and an input that a wire feeds takes no value.
     """
     run = problem.fitted_runs[0]
     values = problem.values(run, fit.freed, fit.theta)
@@ -33,17 +33,18 @@ def extended_values(problem: Problem, fit: Fit) -> dict[str, float]:
         if run in freed.runs:
             known |= {problem.slots[i]: float(values[i]) for i in freed.slots}
     rig = problem.experiment.rig
-    ours = set(rig.variables)
+    writable = set(rig.variables)
     for instance, kind in rig.machine.parts.items():
         declared = components().get(kind)
-        ours |= {f"{instance}.{scalar.name}" for scalar in declared.scalars()} if declared else set()
-    return {name: float(v) for name, v in known.items() if name in ours and np.isfinite(v)}
+        writable |= {f"{instance}.{scalar.name}" for scalar in declared.scalars()} if declared else set()
+    writable -= rig.machine.fed.keys()
+    return {name: float(v) for name, v in known.items() if name in writable and np.isfinite(v)}
 
 
-def kinds_needed(diagnosed: Rig) -> list[str]:
+def kinds_needed(rig: Rig) -> list[str]:
     """Names of the components whose FMUs the extended model is written with; none for an SSP of one's own."""
     none = controller("none").name
-    return [] if diagnosed.system else sorted(set(diagnosed.machine.parts_with(none).values()))
+    return [] if rig.system else sorted(set(rig.machine.parts_with(none).values()))
 
 
 def write_ssp_of(
@@ -51,8 +52,8 @@ def write_ssp_of(
 ) -> None:
     """Write the system with the extended values bound, and what was found wired in.
 
-    That is heat paths, and of a delivery its remainder and its plain fits; InputError if these need a
-    compiler and there is none.
+    What was found is heat paths, and of a delivery its remainder and its plain fits. InputError if these need
+    a compiler and there is none.
     """
     from warmlink.orchestration.system.write import write_ssp
 

@@ -16,6 +16,7 @@ from warmlink.orchestration.scenarios.logged import layout
 from warmlink.orchestration.scenarios.logged.layout import TIME, converts, name_and_unit, plain
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
 from warmlink.orchestration.system.replacement import Replacements
+from warmlink.orchestration.system.units import IDENTITY, conversion, parse_unit, spelled
 
 _DATE = "date"
 _ALIKE = 0.8
@@ -61,7 +62,7 @@ def read_options(
                 f"{argument('names', text)}: no name; write {argument('names', {text: 'VARIABLE'})}"
             )
     common = [text.strip() for text in units if "=" not in text]
-    of_columns = _stripped(text.partition("=") for text in units if "=" in text)
+    of_columns = _stripped(text.rpartition("=") for text in units if "=" in text)
     meant = _stripped(text.rpartition("=") for text in names)
     return ReadOptions(of_columns, common, meant, decimal, replaced, machine)
 
@@ -73,6 +74,13 @@ def _stripped(pairs: Iterable[tuple[str, str, str]]) -> dict[str, str]:
 class Assignment:
     """Finds what each column of a sheet is, and the headers that are `unused`.
 
+    Without channels, which say what every column is, one that may be what the run lacks is refused.
+
+    Parameters
+    ----------
+    channels, covariates : variable by header, and input that only causes may use
+    options : units and names that the user gave
+
     Attributes
     ----------
     unused : headers of columns that nothing is made of
@@ -80,18 +88,26 @@ class Assignment:
         file of the experiment may have it
     """
 
-    def __init__(self, sheet: Sheet, rig: Rig, options: ReadOptions, named: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        sheet: Sheet,
+        rig: Rig,
+        options: ReadOptions,
+        channels: Mapping[str, str],
+        covariates: Mapping[str, str],
+    ) -> None:
         self._sheet, self._rig, self._options = sheet, rig, options
-        mapped = {**{h: self._variable(h, name) for h, name in options.names.items()}, **named}
+        of_names = {header: self._variable(header, name) for header, name in options.names.items()}
+        mapped = {**of_names, **channels, **covariates}
         self.absent = self._absent(mapped)
         # A file may spell the unit of `T1 [degC]` otherwise, or leave it out.
-        bare = {header: name_and_unit(header) for header in named}
-        self._units = dict(bare.values())
-        self._named = {**{name: named[header] for header, (name, _) in bare.items()}, **mapped}
+        otherwise = {header: name_and_unit(header) for header in mapped if header not in sheet.headers}
+        self._units = dict(otherwise.values())
+        self._named = {**{name: mapped[header] for header, (name, _) in otherwise.items()}, **mapped}
         self._used = self._found()
         unused = sorted(set(range(len(sheet.headers))) - {place.column for place in self._used.values()})
         self.unused = tuple(sheet.headers[i] for i in unused if sheet.headers[i].strip())
-        if self._named.keys() <= options.names.keys():
+        if not channels:
             self._refuse_unknown(unused)
 
     def _found(self) -> dict[str, Place]:
@@ -114,9 +130,20 @@ class Assignment:
         # A current beside the torque would count twice; a pad's power acts where no temperature is.
         for first, *others in self._rig.required_inputs:
             for variable in others if first in used and not first.endswith("pad_temperature") else ():
-                if variable in used and not used[variable].chosen:
+                if variable in used:
+                    self._refuse_both(used[first], used[variable])
                     del used[variable]
         return used
+
+    def _refuse_both(self, first: Place, other: Place) -> None:
+        """Raise InputError where two inputs were asked for of which each says what the other does."""
+        if not other.chosen:
+            return
+        one, two = (self._sheet.headers[each.column] for each in (first, other))
+        raise InputError(
+            f"{self._sheet.name}: columns {one!r} and {two!r} would both count as what drives the machine; "
+            f"leave one out with {argument('names', {one: ''})}"
+        )
 
     def time(self) -> tuple[Place, Place | None]:
         """Column of times, and that of dates where it has the time of the day alone."""
@@ -216,7 +243,7 @@ class Assignment:
         if unit == "-" and variable and self._si(variable) != "1":
             unit = None  # a dash in a row of units says nothing
         for stem, suffix in layout.with_suffix(name) if unit is None else ():
-            meant = variable or self._known(stem)
+            meant = variable or (None if stem == "T" else self._known(stem))
             if meant and converts(suffix, self._si(meant)):
                 name, unit, variable, source = name if chosen else stem, suffix, meant, "name"
                 break
@@ -225,7 +252,7 @@ class Assignment:
         for key in (header, name, self._rig.column_of(variable)):
             if key in self._options.units:
                 given = self._options.units[key]
-                if unit not in (None, given) and "%" not in given:
+                if unit is not None and "%" not in given and not _alike(unit, given, self._si(variable)):
                     raise InputError(
                         f"{argument('units', {key: given})}: column {header!r} is in {unit} already; "
                         "correct the header, or leave this unit out"
@@ -289,6 +316,15 @@ class Assignment:
             return best
         units = {n: self._si(v) for n, v in absent.items() if v in self._rig.externals}
         return next((n for n, si in units.items() if unit and si != "K" and converts(unit, si)), None)
+
+
+def _alike(one: str, other: str, unit: str) -> bool:
+    """Whether two units are one, spelled in two ways perhaps, where one like a third is due."""
+    try:
+        first, second = (parse_unit(spelled(each, unit)) for each in (one, other))
+        return conversion(first, second) == IDENTITY
+    except InputError:
+        return one == other
 
 
 def _words_alike(header: str, name: str) -> int:

@@ -27,7 +27,7 @@ from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.machine.sums import with_sums
 from warmlink.orchestration.machine.terms import PlacedTerm, placed_term
-from warmlink.orchestration.scenarios.overrides import to_si
+from warmlink.orchestration.scenarios.overrides import si_in_range, to_si
 from warmlink.orchestration.text_files import demand_file, measured_text, tables_of
 from warmlink.orchestration.written.tables import read_table
 
@@ -247,7 +247,7 @@ class _Reader:
             scalar = self.rig.scalar(variable, place)
             if not isinstance(scalar.variable, Parameter | Input):
                 raise InputError(f"{place}: an output is not given but computed; name a parameter or input")
-            known[variable] = to_si(text, scalar, place)
+            known[variable] = si_in_range(text, scalar, place)
         return known
 
     def _calibrated(self, name: str, table: CalibrateTable) -> Calibration:

@@ -16,7 +16,7 @@ from warmlink.orchestration.diagnosis.data.experiment import Experiment, noise_o
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.machine.rig import Rig
-from warmlink.orchestration.scenarios.overrides import start_value, to_si
+from warmlink.orchestration.scenarios.overrides import si_in_range, start_value
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 OFF = "off"
@@ -128,7 +128,13 @@ def _assumption(experiment: Experiment, text: str) -> tuple[str, float]:
         raise InputError(f"{where}: every run has this input; leave the assumption out")
     if variable.endswith("pad_temperature") and written == OFF:
         return variable, np.nan
-    return variable, to_si(written, system.variables[variable], where)
+    group = next((group for group in system.required_inputs if variable in group), ())
+    others = [] if group[:1] and group[0].endswith(_PADS) else [each for each in group if each != variable]
+    for run in experiment.runs:
+        if logged := [each for each in others if is_given(experiment, run, each)]:
+            told = f"{run.name} has {system.column_of(logged[0])}, and both would count"
+            raise InputError(f"{where}: {told}; leave the assumption out")
+    return variable, si_in_range(written, system.variables[variable], where)
 
 
 def is_given(experiment: Experiment, run: Run, *inputs: str) -> bool:

@@ -186,7 +186,7 @@ def read_run(
     """
     sheet = read_sheet(source, options.decimal, [h for h, name in options.names.items() if name == TIME])
     extra = covariates or {}
-    assigned = Assignment(sheet, rig, options, {**(channels or {}), **extra})
+    assigned = Assignment(sheet, rig, options, channels or {}, extra)
     clock, date = assigned.time()
     wrong, time, taken = list[str](), np.empty(0), ""
     try:

@@ -20,6 +20,11 @@ _FALLEN = 5.0
 _PULSE, _UNUSUAL, _SHORT = 0.1, 3.0, 3
 """An input's leap in a pulse at least, as a share of its largest and in medians; rows of a short pulse."""
 
+_KELVIN = parse_unit("K")
+
+_MORE, _WARMER = 0.1, 1.0
+"""What an input leaps by, at least: a share of its largest value, and a temperature in K."""
+
 _PULSED = "with a pulse of an input that is too short for these rows to follow; taken for missing values"
 
 _UNREAD, _UNREAD_SHARE = 10, 0.05
@@ -31,14 +36,17 @@ _MOST_NAMED = 8
 def zeros(signals: Sequence[tuple[Column, Array]], temperatures: Sequence[Array]) -> Rows:
     """Rows in which every column is 0 in its own unit, a temperature among them that is far from 0 otherwise.
 
-    Loggers write such a row before the first sample, or where the connection was lost.
+    Loggers write such a row before the first sample, or where the connection was lost. Empty cells of it say
+    nothing.
     """
-    nothing = np.all([values == parse_unit(column.unit).offset for column, values in signals], axis=0)
+    nothing = np.all(
+        [np.isnan(values) | (values == parse_unit(column.unit).offset) for column, values in signals], axis=0
+    )
     rows = np.flatnonzero(nothing)
-    usual = [np.nanmedian(each) for each in temperatures if np.isfinite(each).any()]
+    read = [(each, np.nanmedian(each)) for each in temperatures if np.isfinite(each).any()]
     fallen = [
         abs(each[rows] - middle) > _FALLEN * max(1.0, 1.4826 * float(np.nanmedian(abs(each - middle))))
-        for each, middle in zip(temperatures, usual, strict=False)
+        for each, middle in read
     ]
     return rows[np.any(fallen, axis=0)] if fallen and 2 * rows.size < nothing.size else rows[:0]
 
@@ -50,14 +58,15 @@ def without_slips(
     inputs: Mapping[str, Array],
     readings: Mapping[str, Array],
 ) -> tuple[dict[str, Array], dict[str, Array], list[str]]:
-    """Inputs and readings without such rows, and what is to be said of them; `time` is in s.
+    """Inputs and readings without rows that no machine made, and what is to be said of them; `time` is in s.
 
     A reading is missing there; an input keeps the value before, or in the first row takes the one after.
     """
     inputs, readings = dict(inputs), {name: values.copy() for name, values in readings.items()}
     every = {**inputs, **readings}
     used = [(column, every[column.variable]) for column in columns if column.variable in every]
-    temperatures = [readings[c.variable] for c, _ in used if c.variable in readings and "deg" in c.unit]
+    warm = {column.variable for column in columns if parse_unit(column.unit).exponents == _KELVIN.exponents}
+    temperatures = [values for column, values in used if column.variable in readings.keys() & warm]
     remarks = []
     if (empty := zeros(used, temperatures)).size:
         there = np.setdiff1d(np.arange(sheet.cells.shape[0]), empty)
@@ -70,9 +79,8 @@ def without_slips(
         told = "taken for missing values, as the logger was not ready or had lost the connection"
         remarks.append(f"{sheet.name}: {_named(sheet, empty)}: nothing but zeros, {told}")
     remarks += _unread(sheet, time, {c.name: readings[c.variable] for c in columns if c.variable in readings})
-    driven = (
-        np.flatnonzero(np.any([_leaps(values) for values in inputs.values()], axis=0)) if inputs else None
-    )
+    leaps = [_leaps(values, name in warm) for name, values in inputs.items()]
+    driven = np.flatnonzero(np.any(leaps, axis=0)) if leaps else None
     pulses = np.unique(np.concatenate([np.empty(0, np.intp), *map(_pulses, inputs.values())]))
     for column in (each for each in columns if each.variable in readings):
         remarks += _without_faults(sheet, time, column, readings[column.variable], driven, pulses)
@@ -128,13 +136,15 @@ def _runs_of(rows: Rows) -> list[Rows]:
     return np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1) if rows.size else []
 
 
-def _leaps(values: Array) -> NDArray[np.bool_]:
-    """Whether an input has another value than in the row before, shape (rows,)."""
-    return np.append(False, np.diff(np.nan_to_num(values, nan=-1.0)) != 0)
+def _leaps(values: Array, is_temperature: bool) -> NDArray[np.bool_]:
+    """Whether an input leaps from the row before, by more than noise, so that readings may; shape (rows,)."""
+    moves = np.abs(np.diff(np.nan_to_num(values, nan=-1.0)))
+    least = _WARMER if is_temperature else _MORE * float(np.nanmax(np.abs(values), initial=0.0))
+    return np.append(False, moves > least)
 
 
 def _pulses(values: Array) -> Rows:
-    """Rows in which an input is on, or off, for a few rows only, and the row after each."""
+    """Rows in which an input is on, or off, for a few rows only, and the rows after each."""
     moves = np.abs(np.diff(np.nan_to_num(values, nan=-1.0)))
     usual = max(_PULSE * float(np.max(moves, initial=0.0)), _UNUSUAL * float(np.median(moves)), 1e-12)
     leaps = np.flatnonzero(moves > usual) + 1

@@ -98,7 +98,7 @@ class RowReader:
             "",
         )
         named = dict.fromkeys(own, "")
-        assigned = Assignment(sheet, rig, told, named)
+        assigned = Assignment(sheet, rig, told, named, {})
         self._name, self._clock = name, assigned.time()[0]
         self._comma = told.decimal == "comma" or (comma and told.decimal != "point")
         self._seconds = self._time_unit(sheet)

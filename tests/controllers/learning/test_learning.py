@@ -183,3 +183,41 @@ def test_a_machine_of_other_structure_is_learnt() -> None:
     error = 1e-6 * log["growth [um]"].to_numpy() - line_of(found, temperature)
     slow = np.convolve(error, np.ones(60) / 60, "valid")
     assert np.sqrt(np.mean(slow**2)) < 0.6e-6
+
+
+def test_a_thermometer_that_died_is_not_learnt_from() -> None:
+    """Its last reading stood for all later ones, and took half of the weight of a thermometer that worked."""
+    log = made_up()
+    dead = replace(log, temperature=log.temperature.copy())
+    dead.temperature[600:, SENSED.index("tip_temperature")] = np.nan
+    assert SENSED.index("tip_temperature") not in learn([dead]).used
+    with pytest.raises(InputError, match=r"tip_temperature was read at 4 % of the growth's readings"):
+        learn([dead], ["base_temperature", "tip_temperature"])
+
+
+def test_what_a_thermometer_missed_for_a_while_costs_no_more_than_that() -> None:
+    log = made_up()
+    absent = replace(log, temperature=log.temperature.copy())
+    absent.temperature[3000:4200, SENSED.index("tip_temperature")] = np.nan
+    found = learn([absent])
+    assert found.used == (2, 3, 4)
+    assert found.examples.growth.size == 284, "of 20 min the first and last two are bridged"
+    assert found.line.coefficients == pytest.approx(TRUE[2:], abs=0.2e-6)
+
+
+def test_a_slow_log_knows_its_temperatures_between_the_rows() -> None:
+    log = made_up(hours=20.0)
+    slow = replace(log, temperature=np.full_like(log.temperature, np.nan))
+    slow.temperature[::600] = log.temperature[::600]
+    assert learn([slow]).examples.growth.size == 20 * 60
+
+
+def test_a_growth_that_never_changes_teaches_nothing() -> None:
+    log = made_up(1.0)
+    stuck = replace(log, growth=np.full(log.time.size, 3e-6))
+    with pytest.raises(InputError, match="made up: the growth is 3 um in every row, as by an instrument"):
+        learn([stuck])
+
+
+def test_a_thermometer_named_twice_is_one() -> None:
+    assert learn([made_up(2.0)], ["base_temperature", "base_temperature"]).used == (2,)

@@ -1,6 +1,7 @@
 """What nobody gave is said aloud, assumed on request, or refused: never quietly taken as nothing."""
 
 import json
+import re
 import shlex
 from contextlib import suppress
 from pathlib import Path
@@ -267,3 +268,25 @@ def test_an_offset_of_an_input_is_that_of_its_own_column_alone() -> None:
     values[problem.slots.index("logged.offset:link.tip_sink_temperature")] = 1.0
     shifted, logged = problem.predict(0, values)[0], other.predict(0, other.neutral[0])[0]
     assert shifted == pytest.approx(logged, abs=0.01)  # to within the error of the search's steps
+
+
+@pytest.mark.parametrize(
+    ("assumed", "said"),
+    [
+        ("ambient_temperature=22", '22 has no unit; write "22 degC" or "22 K"'),
+        ("ambient_temperature=-300 degC", "is too low; give at least 0 K"),
+        ("motor.current=2 A", "run has torque, and both would count; leave the assumption out"),
+    ],
+)
+def test_what_cannot_be_assumed_is_refused(tmp_path: Path, whole: Columns, assumed: str, said: str) -> None:
+    """22 K were taken for the room, and a current counted beside the torque."""
+    measured = read_experiment(written(tmp_path, without(whole, "ambient_temperature")))
+    with pytest.raises(InputError, match=re.escape(said)):
+        with_inputs(measured, [assumed])
+
+
+def test_a_known_temperature_without_its_unit_is_refused(tmp_path: Path, whole: Columns) -> None:
+    path = experiment(tmp_path, without(whole, "ambient_temperature"), "")
+    path.write_text(path.read_text("utf-8") + '[known]\n"motor.ambient_temperature" = 22\n', "utf-8")
+    with pytest.raises(InputError, match="22 has no unit"):
+        read_experiment(path)

@@ -7,10 +7,12 @@ import pytest
 from tests.orchestration.diagnosis.loggers import sticking
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
+from warmlink.orchestration.diagnosis.data.columns import read_options
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
-from warmlink.orchestration.diagnosis.data.measured import Run, condensed
+from warmlink.orchestration.diagnosis.data.measured import Run, condensed, read_run
 from warmlink.orchestration.diagnosis.data.signals import between_jumps, quantum, repeats
 from warmlink.orchestration.diagnosis.model.simulation import input_table
+from warmlink.orchestration.machine.rig import rig
 
 HEAD = (
     "time [s],speed [rad/s],torque [N.m],ambient_temperature [degC],"
@@ -231,3 +233,38 @@ def test_a_quantum_is_recognised() -> None:
     values = 20 + 5 * np.sin(np.arange(400) / 40)
     assert quantum(np.round(values, 1)) == pytest.approx(0.1)
     assert quantum(values) == 0.0
+
+
+def test_a_current_and_a_torque_that_are_both_asked_for_are_refused(tmp_path: Path) -> None:
+    """Both count in the motor's losses, so that its copper loss was five times as large."""
+    head = HEAD.replace("\n", ",I [A]\n")
+    path = written(tmp_path, [f"{line},2" for line in rows()], head)
+    options = read_options(names=["I=motor.current"])
+    with pytest.raises(InputError, match=r"'torque \[N\.m\]' and 'I \[A\]' would both count"):
+        read_run(path, rig("WarmupCell"), options=options)
+
+
+def test_a_name_may_spell_the_unit_of_its_column_otherwise(tmp_path: Path) -> None:
+    """A column was left out without a word, as the file wrote degrees with their sign."""
+    head = HEAD.replace("shaft_temperature [degC]", "T2 [\N{DEGREE SIGN}C]")
+    assert head != HEAD
+    path = written(tmp_path, rows(), head)
+    run = read_run(path, rig("WarmupCell"), options=read_options(names=["T2 [degC]=shaft_temperature"]))
+    assert "motor.shaft_temperature" in run.readings
+    assert "T2" not in "".join(run.unused)
+
+
+def test_a_unit_that_the_header_states_in_other_words_is_no_contradiction(tmp_path: Path) -> None:
+    head = HEAD.replace("shaft_temperature [degC]", "shaft_temperature [\N{DEGREE SIGN}C]")
+    path = written(tmp_path, rows(), head)
+    run = read_run(path, rig("WarmupCell"), options=read_options(["shaft_temperature=degC"]))
+    assert "motor.shaft_temperature" in run.readings
+    with pytest.raises(InputError, match=r"is in .* already"):
+        read_run(path, rig("WarmupCell"), options=read_options(["shaft_temperature=degF"]))
+
+
+def test_a_covariate_hides_no_name_that_was_mistyped(tmp_path: Path) -> None:
+    head = HEAD.replace("speed [rad/s]", "spead [rad/s]").replace("\n", ",room 2 [degC]\n")
+    path = written(tmp_path, [f"{line},22" for line in rows()], head)
+    with pytest.raises(InputError, match=r"'spead \[rad/s\]' \(perhaps speed\) is not known"):
+        read_run(path, rig("WarmupCell"), covariates={"room 2": "neighbour.temperature"})

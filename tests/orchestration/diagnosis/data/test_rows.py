@@ -64,3 +64,24 @@ def test_a_leap_is_measured_from_the_course_in_time() -> None:
     values = 2.0 * times
     values[3] += 5.0
     assert leap(times, values, np.array([3])) == pytest.approx(5.0)
+
+
+def test_noise_of_an_input_hides_no_fault() -> None:
+    """A room that was logged with noise was taken to leap in every row, and no reading was looked at."""
+    speed, base = log()
+    base[[15, 35]] += 8.0
+    room = 295.0 + np.random.default_rng(2).normal(0.0, 0.02, TIME.size)
+    ambient = Column("ambient", "degC", "link.ambient_temperature")
+    inputs = {SPEED.variable: speed + 0.001 * room, ambient.variable: room}
+    _, readings, told = without_slips(sheet(), TIME, [SPEED, ambient, BASE], inputs, {BASE.variable: base})
+    assert np.flatnonzero(np.isnan(readings[BASE.variable])).tolist() == [15, 35]
+    assert len(told) == 1
+
+
+def test_an_empty_cell_does_not_hide_a_row_of_zeros() -> None:
+    speed, base = log()
+    speed[30], base[30] = 0.0, 273.15
+    never, tip = np.full(60, np.nan), base.copy()
+    tip[30] = np.nan
+    signals = [(SPEED, speed), (BASE, base), (BASE, never), (BASE, tip)]
+    assert zeros(signals, [never, tip, base]).tolist() == [30]
