@@ -17,7 +17,7 @@ WINDOW = 30.0
 """s over which readings of the growth are averaged, and the temperatures about them."""
 
 REACH, REACH_S = 1.5, 120.0
-"""How far from a reading a temperature is known between readings: median spacings of these, and s at least."""
+"""How far from a reading a temperature is known: median spacings of the readings, and s at least."""
 
 BLOCKS = 8
 """Parts of all logs, each held out once."""
