@@ -48,6 +48,9 @@ ROUNDS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 LONGEST = 86400.0
 """How often a duty cycle may be repeated, and s that all of it may take."""
 
+_MORE = 0.01
+"""Chance by which more rounds must be surer, to be worth their time."""
+
 _TOGETHER = 0.8
 """Correlation of two inputs above which their effects are told apart badly."""
 
@@ -99,7 +102,7 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
         return _another_run(assessment, members, experiment)
     design = _Design(assessment, experiment, members)
     table = np.array([design.separations(duty) for duty in feasible])
-    most = np.sqrt([_feasible(duty)[-1] for duty in feasible])
+    most = np.sqrt([_rounds_within_a_day(duty)[-1] for duty in feasible])
     never = np.max(table * most[:, None, None], axis=0) < ALIKE
     pairs = list(combinations(range(len(members)), 2))
     alike = [(members[i].key, members[j].key) for i, j in pairs if never[i, j] or never[j, i]]
@@ -198,32 +201,36 @@ class _Design:
         return min(float(self._weights @ total), 1.0)
 
 
-def _feasible(duty: Sequence[Segment]) -> list[int]:
+def _rounds_within_a_day(duty: Sequence[Segment]) -> list[int]:
     return [n for n in ROUNDS if n * length(duty) <= LONGEST]
 
 
 def _surest(
     design: _Design, duties: Sequence[tuple[Segment, ...]], table: Array, never: NDArray[np.bool_]
 ) -> tuple[tuple[Segment, ...], Array, float]:
-    """Duty cycle that is sure soonest, else the one that comes closest; its separations, and the chance.
+    """Duty cycle that is sure soonest, else the shortest that comes closest; its separations, and the chance.
 
     Separations are taken to grow with the root of the rounds; of the chosen cycle they are predicted.
     """
     found = []
     for which, separations in enumerate(table):
-        for rounds in _feasible(duties[which]):
+        for rounds in _rounds_within_a_day(duties[which]):
             chance = design.chance(separations * np.sqrt(rounds))
+            found.append((round(max(SURE - chance, 0.0), 2), rounds * length(duties[which]), which, rounds))
             if chance >= SURE:
                 break
-        found.append((max(SURE - chance, 0.0), rounds * length(duties[which]), which, rounds))
     *_, which, least = min(found)
     cycle = duties[which]
-    for rounds in (n for n in _feasible(cycle) if n >= least):
+    best = cycle, table[which], -1.0
+    for rounds in (n for n in _rounds_within_a_day(cycle) if n >= least):
         separations = np.where(never, np.inf, design.separations(cycle * rounds))
         chance = design.chance(separations)
+        if chance < best[2] + _MORE:
+            break
+        best = cycle * rounds, separations, chance
         if chance >= SURE:
             break
-    return cycle * rounds, separations, chance
+    return best
 
 
 def _another_run(assessment: Assessment, members: Sequence[Fit], experiment: Experiment) -> Proposed:

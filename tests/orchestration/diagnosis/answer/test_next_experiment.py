@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.diagnosis.answer.next_experiment import LONGEST, Proposed, next_experiment
+from warmlink.orchestration.diagnosis.answer.next_experiment import (
+    LONGEST,
+    Proposed,
+    _surest,
+    next_experiment,
+)
 from warmlink.orchestration.diagnosis.answer.separation import DUTIES, chances, indistinguishable, run_of
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment, read_runs, together
 from warmlink.orchestration.diagnosis.diagnose import DUTY, SCENARIO, write_next
@@ -174,3 +181,20 @@ def test_what_nothing_tells_apart_is_said_once() -> None:
         for one, other in (("a+x", "b+x"), ("a+y", "b+y"), ("b+z", "a+z"), ("c+x", "d+x"))
     ]
     assert indistinguishable(alike) == " Nothing tells a from b, nor c from d."
+
+
+def test_rounds_that_make_nothing_surer_are_not_asked_for() -> None:
+    """Of a pair that no duty cycle tells apart by itself a day was proposed, where two hours tell as much."""
+
+    class Stuck:
+        def chance(self, separations: np.ndarray) -> float:
+            return 0.5
+
+        def separations(self, duty: Sequence[Segment]) -> np.ndarray:
+            return np.ones((2, 2))
+
+    design: Any = Stuck()
+    duties = DUTIES[:3]
+    duty, _, chance = _surest(design, duties, np.ones((3, 2, 2)), np.zeros((2, 2), dtype=bool))
+    assert chance == 0.5
+    assert length(duty) == min(map(length, duties))
