@@ -74,7 +74,10 @@ def _typed(given: Written, variable: FmuVariable, unit: Unit | None, where: str)
     if isinstance(given, SsvValue):
         if unit is None or given.unit is None or isinstance(given.value, str):
             return given.value
-        return conversion(given.unit, unit, variable.relative)(float(given.value))
+        try:
+            return conversion(given.unit, unit, variable.relative)(float(given.value))
+        except InputError as fault:
+            raise InputError(f"{where}: {fault}; give it in {unit.name}") from None
     if variable.kind == "String" or (variable.kind == "Enumeration" and given in variable.items):
         return str(given)
     if variable.kind == "Boolean":

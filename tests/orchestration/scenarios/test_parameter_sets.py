@@ -8,8 +8,11 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.overrides import parameters_of
 from warmlink.orchestration.scenarios.scenario import changed
+from warmlink.orchestration.scenarios.system_values import with_parameters
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import Unit, parse_unit
 from warmlink.orchestration.written.quantities import quantity
@@ -52,3 +55,10 @@ def test_a_unit_of_the_files_own_is_converted(tmp_path: Path) -> None:
     heat, number = parameters_of(path).values()
     assert quantity(heat, "J") == pytest.approx(8.368)
     assert number == 3.0
+
+
+def test_where_a_wrong_unit_of_a_system_s_value_stands_is_said(tmp_path: Path) -> None:
+    fmu = FmuStore("native").files(["ThermalLink"])["ThermalLink"]
+    write_ssv({"length": SsvValue("length", "Real", 2.0, parse_unit("kg"))}, path := tmp_path / "set.ssv")
+    with pytest.raises(InputError, match=r"set\.ssv: length: kg does not convert to m; give it in m"):
+        with_parameters(read_system(fmu, tmp_path), path)
