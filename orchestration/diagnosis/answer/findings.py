@@ -256,8 +256,7 @@ class Findings:
         """
         if self._refitted is None or any(run.heldout for run in self.experiment.runs):
             return None
-        problem, fit = self._refitted
-        return judged_by_parts(problem, self.assessment.null, fit)
+        return judged_by_parts(self._refitted[0], self.assessment.null)
 
     @cached_property
     def judged(self) -> JudgedModels:

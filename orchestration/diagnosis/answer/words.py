@@ -56,14 +56,14 @@ def summary(diagnosis: Diagnosis, hinted: bool = True) -> str:
         lines += _gain_lines(diagnosis)
     elif diagnosis.delivered != UNCORRECTED:
         lines += _claim_lines(diagnosis)
+    after = [] if diagnosis.proposed is None else [f"Next: {diagnosis.proposed.why}"]
     if diagnosis.hint is not None:
         lines.append(_left_line(diagnosis))
-        lines += _hint_lines(diagnosis, diagnosis.hint) if hinted else []
+        room = max(0, _MOST - len(lines) - len(after))  # a hint leaves it for what to do next
+        lines += _hint_lines(diagnosis, diagnosis.hint)[:room] if hinted else []
     elif diagnosis.verdict == "unknown":
         lines.append(difference(diagnosis.experiment))
-    # What to do next is not the line that is left out.
-    after = [] if diagnosis.proposed is None else [f"Next: {diagnosis.proposed.why}"]
-    return "\n".join([*lines[: _MOST - len(after)], *after])
+    return "\n".join([*lines, *after][:_MOST])
 
 
 def _slip_lines(diagnosis: Diagnosis) -> list[str]:

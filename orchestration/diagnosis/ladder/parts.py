@@ -27,21 +27,22 @@ PARTS = 4
 """Parts of a log that are left out one after another."""
 
 
-def judged_by_parts(problem: Problem, stands: Fit, whole: Fit) -> Ladder:
+def judged_by_parts(problem: Problem, stands: Fit) -> Ladder:
     """The model as it stands and its plain calibration on every row, each by the other parts of the log.
+
+    Each fit begins at the usual values: one that began at a fit to all rows would still know of them.
 
     Parameters
     ----------
     problem : with all the rows that are judged, each of them fitted
-    stands : the model as it stands
-    whole : its plain calibration on all of them, where the fits to some of them begin
+    stands : the model as it stands, of a system with usual parameters
     """
     as_fitted = [data.fitted for data in problem.data]
     foretold = [np.full(data.readings.shape, np.nan) for data in problem.data]
     for part in _parts(problem):
         others = [fitted & ~here for fitted, here in zip(as_fitted, part, strict=True)]
-        fit = plainly_calibrated(problem, rows=others, near=whole)
-        assert fit is not None  # as there is one of the whole
+        fit = plainly_calibrated(problem, rows=others)
+        assert fit is not None  # as the system has usual parameters
         for table, said, here in zip(foretold, _readings(problem, fit), part, strict=True):
             table[here] = said[here]
     runs = tuple(replace(run, fitted=np.zeros_like(run.fitted)) for run in signals_of(problem))

@@ -53,9 +53,7 @@ def usual_items(problem: Problem) -> tuple[Item, ...]:
     return tuple(each for each in usual if not each.label)
 
 
-def plainly_calibrated(
-    problem: Problem, progress: Progress = unseen, rows: Rows | None = None, near: Fit | None = None
-) -> Fit | None:
+def plainly_calibrated(problem: Problem, progress: Progress = unseen, rows: Rows | None = None) -> Fit | None:
     """The usual parameters fitted together to the fitted rows; None if the system has none of them.
 
     Chi-square and covariance of the fit go by the errors that such a model leaves and by the prior, so that
@@ -66,7 +64,6 @@ def plainly_calibrated(
     problem : with the fitted rows
     progress : is told how it goes
     rows : rows to fit by run, if these are not all fitted ones
-    near : a calibration at which the search begins, in place of the usual values
     """
     from scipy.optimize import least_squares
 
@@ -83,7 +80,7 @@ def plainly_calibrated(
 
     found: Any = least_squares(
         residual,
-        np.zeros(len(freed)) if near is None else sought.place(near.theta),
+        np.zeros(len(freed)),
         lambda place: sought(place)[1],
         bounds=sought.bounds,
         loss="soft_l1",
@@ -129,12 +126,11 @@ class _Residuals:
     def bounds(self) -> tuple[Array, Array]:
         """Places of the bounds, as far as anything is sought, shape (numbers,) each."""
         least = np.where(self._is_size, self._start * np.exp(-_FAR), 0.0)
-        low = self.place(np.maximum(self._lower, np.where(self._is_size, least, self._lower)))
-        high = self.place(self._upper)
+        low = self._place(np.maximum(self._lower, np.where(self._is_size, least, self._lower)))
+        high = self._place(self._upper)
         return np.maximum(low, -_FAR) - 1e-9, np.minimum(high, _FAR) + 1e-9
 
-    def place(self, theta: Array) -> Array:
-        """Place of numbers in SI."""
+    def _place(self, theta: Array) -> Array:
         ratio = np.where(self._is_size, theta / np.where(self._is_size, self._start, 1.0), 1.0)
         return np.where(self._is_size, np.log(ratio), theta - self._start) / self._spread
 
@@ -186,7 +182,7 @@ class _Residuals:
             joined = np.concatenate([error[:, :, None], by_slot], axis=2) * weight[..., None]
             joined = joined[np.isfinite(error)]
             grams.append(joined.T @ joined)
-        for freed, rise, place in zip(self._freed, self._rise(theta), self.place(theta), strict=True):
+        for freed, rise, place in zip(self._freed, self._rise(theta), self._place(theta), strict=True):
             slot, gram = 1 + freed.slots[0], grams[freed.runs[0]]
             gram[0, 0] += place**2
             gram[slot, slot] += 1 / rise**2
