@@ -187,8 +187,8 @@ def _claim_lines(diagnosis: Diagnosis) -> list[str]:
         )
     if diagnosis.delivered != UNCORRECTED and (within := diagnosis.holds_within) is not None:
         told += (
-            f" Where a thermometer is off from it by more than {within:.2g} K, heat or air acts that nothing "
-            "logs, as of a hot workpiece or a draught, and its growth is off too."
+            f" Where a thermometer is off from it by more than {within:.2g} K it does not hold: under loads "
+            "that the log lacks, or where something acts that nothing logs, as a hot workpiece or a draught."
         )
     return [told]
 
