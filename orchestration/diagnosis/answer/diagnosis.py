@@ -20,6 +20,9 @@ from warmlink.orchestration.diagnosis.ladder.rungs import Ladder
 
 Answered = TypeVar("Answered")
 
+_CLEARLY = 3.0
+"""Times its rms error by which a model is clearly off."""
+
 
 class Refusals(dict[str, str]):
     """Why an answer cannot be given, by its name."""
@@ -104,6 +107,21 @@ class Diagnosis(Findings):
     def delivers(self) -> bool:
         """Whether there is a model to hand on: adequate, or better than the uncorrected one."""
         return self.verdict == "adequate" or self.delivered != UNCORRECTED
+
+    @property
+    def holds_within(self) -> float | None:
+        """Difference in K of a thermometer from the model to use that is more than it leaves in its own log.
+
+        Some times the largest rms error of any thermometer in rows that it was not fitted to; None without.
+        """
+        ladder, name = self.ladder, self.delivered
+        if name == CALIBRATED and self.by_parts is not None:
+            ladder = self.by_parts
+        errors = ladder.rms(ladder.named(name)) if ladder.is_judged else {}
+        unit = self.experiment.rig.unit
+        warm = {c.name for c in self.experiment.columns if unit(c.variable) == "K"}
+        off = [error for channel, error in errors.items() if channel in warm]
+        return _CLEARLY * max(off) if off else None
 
     @cached_property
     def feed_forward(self) -> tuple[Compensated, Compensated] | None:

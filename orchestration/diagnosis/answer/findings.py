@@ -32,6 +32,7 @@ from warmlink.orchestration.diagnosis.ladder.judged import (
     UNCORRECTED,
     JudgedModels,
 )
+from warmlink.orchestration.diagnosis.ladder.parts import judged_by_parts
 from warmlink.orchestration.diagnosis.ladder.plain import plainly_calibrated
 from warmlink.orchestration.diagnosis.ladder.prediction import (
     MISSED,
@@ -40,6 +41,7 @@ from warmlink.orchestration.diagnosis.ladder.prediction import (
     Scores,
     verdict_after_holdout,
 )
+from warmlink.orchestration.diagnosis.ladder.rungs import Ladder
 
 
 @dataclass(frozen=True)
@@ -228,23 +230,39 @@ class Findings:
         return plainly_calibrated(self.assessment.problem)
 
     @cached_property
+    def _refitted(self) -> tuple[Problem, Fit] | None:
+        """All rows that no person held out, and the plain calibration fitted to them; None without one."""
+        if self._plainly_calibrated is None:
+            return None
+        runs = tuple(replace(run, fit_until=np.inf) for run in self.experiment.runs)
+        problem = Problem(fitted_part(replace(self.experiment, runs=runs)))
+        fit = plainly_calibrated(problem)
+        return None if fit is None else (problem, fit)
+
+    @cached_property
     def refitted(self) -> Predicted | None:
         """The plain calibration fitted once more, to rows too that nobody asked to hold out.
 
         M. Stone, Journal of the Royal Statistical Society B 36 (1974) 111-147: rows that were held out to
         choose a model serve it once it is chosen. None if there is no such calibration.
         """
-        if self._plainly_calibrated is None:
+        return None if self._refitted is None else self.scores.predict(self._refitted[1])
+
+    @cached_property
+    def by_parts(self) -> Ladder | None:
+        """The uncorrected model and its plain calibration, as they predict all parts of the log.
+
+        None if there is no such calibration, or a person holds out whole runs, which judge it.
+        """
+        if self._refitted is None or any(run.heldout for run in self.experiment.runs):
             return None
-        runs = tuple(replace(run, fit_until=np.inf) for run in self.experiment.runs)
-        fit = plainly_calibrated(Problem(fitted_part(replace(self.experiment, runs=runs))))
-        return None if fit is None else self.scores.predict(fit)
+        return judged_by_parts(self._refitted[0], self.assessment.null)
 
     @cached_property
     def judged(self) -> JudgedModels:
         """Models without an equation, as held-out rows judge them."""
         wander, asked = self.assessment.fitter.wander, bool(self.experiment.calibrated)
-        return JudgedModels(self.scores, wander, self.models, self._gated[0], asked)
+        return JudgedModels(self.scores, wander, self.models, self._gated[0], asked, self.by_parts)
 
     def units(self) -> dict[str, str]:
         """Unit of each measured column by its name, as the file has it."""

@@ -16,7 +16,7 @@ from warmlink.orchestration.diagnosis.ladder.judged import (
     REMAINDER,
     UNCORRECTED,
 )
-from warmlink.orchestration.diagnosis.ladder.rungs import AS_GOOD, Rung
+from warmlink.orchestration.diagnosis.ladder.rungs import AS_GOOD, Ladder, Rung
 
 _WORDS = {
     CALIBRATED: "calibrated model",
@@ -96,14 +96,30 @@ def ladder_lines(diagnosis: Diagnosis) -> list[str]:
         lines = [f"On held-out rows {row.channel} is off by {after:.3g} {people_write(row.unit)} rms."]
     elif name == PLAIN:
         lines = [_with_plain_fits(diagnosis, row, before, after)]
+    elif name == CALIBRATED and diagnosis.by_parts is not None and after > before:
+        lines = [_by_parts(diagnosis, diagnosis.by_parts, row)]
     else:
-        fitted = f" ({len(diagnosis.adopted.fit.freed)} numbers)" if name == CALIBRATED else ""
+        fitted = _numbers(diagnosis) if name == CALIBRATED else ""
         change = f"from {before:.3g} to {after:.3g} {people_write(row.unit)} rms"
         lines = [
             f"To use from now on: the {_WORDS.get(name, name)}{fitted}; "
             f"held-out error of {row.channel} {change}."
         ]
     return [*lines, *_better(diagnosis, rows)]
+
+
+def _numbers(diagnosis: Diagnosis) -> str:
+    return f" ({len(diagnosis.adopted.fit.freed)} numbers)"
+
+
+def _by_parts(diagnosis: Diagnosis, parts: Ladder, row: LadderRow) -> str:
+    """What a plain calibration gains in all of the log, where the end of it speaks against."""
+    factor = per_si(row.unit)
+    before, after = (f"{factor * parts.rms(rung)[row.channel]:.3g}" for rung in parts.rungs)
+    return (
+        f"To use from now on: the calibrated model{_numbers(diagnosis)}; each part of the log by the others, "
+        f"the error of {row.channel} falls from {before} to {after} {people_write(row.unit)} rms."
+    )
 
 
 def _with_plain_fits(diagnosis: Diagnosis, row: LadderRow, before: float, after: float) -> str:
@@ -157,7 +173,8 @@ def _better(diagnosis: Diagnosis, rows: dict[str, LadderRow]) -> list[str]:
         more = len({each[2].channel for each in found}) - 1
         also = f", and {more} more channel{'s' * (more > 1)}" if more else ""
         remedy = "" if name == UNCORRECTED or diagnosis.ladder.judges_whole_runs else _HOLD_OUT
-        lines.append(f"Yet {word} predicts {row.channel}{also} better: {pair}{remedy}.")
+        where = " at the end of the log" if diagnosis.by_parts is not None and ours == CALIBRATED else ""
+        lines.append(f"Yet {word} predicts {row.channel}{also} better{where}: {pair}{remedy}.")
     gained = [
         (row.errors[n] / max(row.errors[ours], 1e-300), n, row)
         for row in rows.values()
@@ -183,7 +200,20 @@ def ladder_entries(diagnosis: Diagnosis) -> dict[str, Any]:
         "delivered": diagnosis.delivered if diagnosis.delivers else None,
         "said": ladder_lines(diagnosis),
         "plain": {ladder.channels[c]: rung.name for c, rung in diagnosis.delivery.plain.items()},
+        "by_parts": _part_entries(diagnosis, units),
         "rungs": [_rung(diagnosis, rung, units) for rung in ladder.rungs if units],
+    }
+
+
+def _part_entries(diagnosis: Diagnosis, units: dict[str, str]) -> dict[str, Any] | None:
+    """Errors in all parts of the log, each by the others, of the uncorrected model and the calibrated one."""
+    parts = diagnosis.by_parts
+    if parts is None:
+        return None
+    errors = {rung.name: parts.rms(rung) for rung in parts.rungs}
+    return {
+        name: {channel: per_si(units[channel]) * rms for channel, rms in of.items() if channel in units}
+        for name, of in errors.items()
     }
 
 

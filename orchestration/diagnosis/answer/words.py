@@ -22,6 +22,9 @@ from warmlink.orchestration.diagnosis.ladder.judged import CALIBRATED, UNCORRECT
 from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, difference
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
+_MOST = 10
+"""Lines of an answer."""
+
 
 def summary(diagnosis: Diagnosis, hinted: bool = True) -> str:
     """Say in at most ten lines of plain words what was found; of a calibration all that was calibrated.
@@ -51,14 +54,16 @@ def summary(diagnosis: Diagnosis, hinted: bool = True) -> str:
     if diagnosis.causes:
         lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")
         lines += _gain_lines(diagnosis)
+    elif diagnosis.delivered != UNCORRECTED:
+        lines += _claim_lines(diagnosis)
+    after = [] if diagnosis.proposed is None else [f"Next: {diagnosis.proposed.why}"]
     if diagnosis.hint is not None:
         lines.append(_left_line(diagnosis))
-        lines += _hint_lines(diagnosis, diagnosis.hint) if hinted else []
+        room = max(0, _MOST - len(lines) - len(after))  # a hint leaves it for what to do next
+        lines += _hint_lines(diagnosis, diagnosis.hint)[:room] if hinted else []
     elif diagnosis.verdict == "unknown":
         lines.append(difference(diagnosis.experiment))
-    if diagnosis.proposed is not None:
-        lines.append(f"Next: {diagnosis.proposed.why}")
-    return "\n".join(lines[:10])
+    return "\n".join([*lines, *after][:_MOST])
 
 
 def _slip_lines(diagnosis: Diagnosis) -> list[str]:
@@ -164,17 +169,28 @@ def _gain_lines(diagnosis: Diagnosis) -> list[str]:
         lines.append(
             f"With an observer the tool point is off by {first} at most; designed anew, by {then}{clear}."
         )
-    if diagnosis.claims:
-        doubtful = ", ".join(each.duty for each in diagnosis.claims if not each.holds)
-        widest = 1e6 * max(each.widest for each in diagnosis.claims)
-        if doubtful:
-            most = f"{1e6 * DEFAULT_TOLERANCE:g} µm"
-            told = f"what it foresees is uncertain by more than {most} in {doubtful}"
-            lines.append(f"Do not use it for other duty cycles: {told}.")
-        else:
-            count = len(diagnosis.claims)
-            lines.append(f"In {count} other duty cycles it foresees the growth within {widest:.2g} µm.")
-    return lines
+    return lines + _claim_lines(diagnosis)
+
+
+def _claim_lines(diagnosis: Diagnosis) -> list[str]:
+    """Where the model to use holds: in which other duty cycles, and what shows that it does not."""
+    if not diagnosis.claims:
+        return []
+    doubtful = ", ".join(each.duty for each in diagnosis.claims if not each.holds)
+    widest = 1e6 * max(each.widest for each in diagnosis.claims)
+    most, count = f"{1e6 * DEFAULT_TOLERANCE:g} µm", len(diagnosis.claims)
+    told = f"In {count} other duty cycles it foresees the growth within {widest:.2g} µm."
+    if doubtful:
+        told = (
+            "Do not use it for other duty cycles: "
+            f"what it foresees is uncertain by more than {most} in {doubtful}."
+        )
+    if diagnosis.delivered != UNCORRECTED and (within := diagnosis.holds_within) is not None:
+        told += (
+            f" Where a thermometer is off from it by more than {within:.2g} K it does not hold: under loads "
+            "that the log lacks, or where something acts that nothing logs, as a hot workpiece or a draught."
+        )
+    return [told]
 
 
 def _in_units(diagnosis: Diagnosis) -> str:

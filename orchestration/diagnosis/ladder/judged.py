@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,7 +13,7 @@ from warmlink.orchestration.diagnosis.ladder.baselines import baselines
 from warmlink.orchestration.diagnosis.ladder.prediction import MISSED, Predicted, Scores
 from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, leaves_out_runs, remainder
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder, Rung
-from warmlink.orchestration.diagnosis.ladder.signals import growth_output, signals_of
+from warmlink.orchestration.diagnosis.ladder.signals import Signals, growth_output, signals_of
 
 UNCORRECTED, CALIBRATED, CAUSES = "uncorrected", "calibrated", "with causes"
 """Names of rungs that are models: as it stands, usual or declared parameters fitted, causes added."""
@@ -47,26 +47,34 @@ def ladder_of(problem: Problem, models: Mapping[str, Predicted]) -> Ladder:
     unit = problem.experiment.rig.unit
     plain = baselines(runs, [unit(variable) == "K" for variable in problem.variables])
     rungs += [Rung(each.name, each.question, each.readings, linear=each.linear) for each in plain]
+    return ladder_on(problem, runs, rungs)
+
+
+def ladder_on(problem: Problem, runs: Sequence[Signals], rungs: Sequence[Rung]) -> Ladder:
+    """Rungs judged on the rows of runs that are not fitted, by what matters in an experiment."""
     wanted = problem.experiment.accuracy
     matters = {i: wanted[name] for i, name in enumerate(problem.variables) if name in wanted}
     name = growth_output(problem)
     growth = problem.variables.index(name) if name else None
-    return Ladder(runs, tuple(problem.names.values()), tuple(rungs), matters, growth)
+    return Ladder(tuple(runs), tuple(problem.names.values()), tuple(rungs), matters, growth)
 
 
-def chosen(ladder: Ladder, verdict: Word, declared: bool) -> str:
+def chosen(ladder: Ladder, verdict: Word, declared: bool, by_parts: Ladder | None = None) -> str:
     """Choose among the models of a ladder by its held-out rows; returns the name of the rung.
 
     Of models that predict alike within one standard error it is the simpler one. What the fitted rows
     establish, or the user asked for, comes first among these. None is chosen that foretells the growth worse
-    than the uncorrected model. Without held-out rows it is the one with the causes if there is a verdict of
-    some, else the calibrated one if the user asked for it, else the uncorrected one.
+    than the uncorrected model. Of that and its plain calibration the one stays that predicts all parts of the
+    log better, each by the others, whatever the end of the log says. Without held-out rows it is the one with
+    the causes if there is a verdict of some, else the calibrated one if the user asked for it, else the
+    uncorrected one.
 
     Parameters
     ----------
     ladder : models and baselines
     verdict : on the causes
     declared : whether the user named what to calibrate
+    by_parts : these two models, as they predict all parts of the log
     """
     models = {rung.name: rung for rung in ladder.rungs if rung.is_model}
     established = [CAUSES] if verdict in ("named", "ambiguous") else []
@@ -74,10 +82,21 @@ def chosen(ladder: Ladder, verdict: Word, declared: bool) -> str:
     order = [*established, *asked, UNCORRECTED, CAUSES, CALIBRATED, NEAREST, REMAINDER]
     rungs = [models[name] for name in dict.fromkeys(order) if name in models and _may_be_chosen(name, ladder)]
     if ladder.is_judged:
-        rungs = [each for each in rungs if not ladder.is_worse_in_growth(each)]
+        stays = None if by_parts is None else _better_of(by_parts)
+        gone = set() if stays is None else {UNCORRECTED, CALIBRATED} - {stays}
+        rungs = [r for r in rungs if r.name == stays or not ladder.is_worse_in_growth(r)]
+        rungs = [each for each in rungs if each.name not in gone]
         return ladder.simplest_of_the_best(rungs).name
     wanted = CAUSES if verdict not in ("adequate", "unknown") else CALIBRATED if declared else UNCORRECTED
     return wanted if wanted in models else rungs[0].name
+
+
+def _better_of(two: Ladder) -> str:
+    """Name of the better of the uncorrected model and its plain calibration; alike, the uncorrected one."""
+    first, other = two.rungs
+    if two.is_worse_in_growth(other):
+        return first.name
+    return two.simplest_of_the_best((first, other)).name
 
 
 def _may_be_chosen(name: str, ladder: Ladder) -> bool:
@@ -96,6 +115,8 @@ class JudgedModels:
     models : by the name of their rung, the uncorrected one first
     verdict : on the causes, after the gate
     declared : whether the user named what to calibrate
+    by_parts : the uncorrected model and its plain calibration, as they predict all parts of the log; None if
+        there is no such calibration, or a person holds out whole runs
     """
 
     scores: Scores
@@ -103,6 +124,7 @@ class JudgedModels:
     models: Mapping[str, Predicted]
     verdict: Word
     declared: bool
+    by_parts: Ladder | None = None
 
     @cached_property
     def _plainest(self) -> Ladder:
@@ -111,7 +133,7 @@ class JudgedModels:
     @cached_property
     def base(self) -> str:
         """Name of the rung of the best model, remainders aside."""
-        return chosen(self._plainest, self.verdict, self.declared)
+        return chosen(self._plainest, self.verdict, self.declared, self.by_parts)
 
     @cached_property
     def _is_off(self) -> bool:
@@ -157,7 +179,7 @@ class JudgedModels:
     @cached_property
     def best_model(self) -> str:
         """Name of the rung of the best model, with a remainder or without one."""
-        return chosen(self._modelled, self.verdict, self.declared)
+        return chosen(self._modelled, self.verdict, self.declared, self.by_parts)
 
     @cached_property
     def plain(self) -> Mapping[int, Rung]:

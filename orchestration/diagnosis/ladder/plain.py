@@ -15,6 +15,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber, Item
@@ -22,6 +23,9 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit, FitPoint, by_numbe
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.progress import Progress, unseen
+
+Rows = Sequence[NDArray[np.bool_]]
+"""Which rows count, by run."""
 
 _INDEPENDENT = 30.0
 """Independent errors that count in each channel of a run, however many rows it has."""
@@ -49,11 +53,17 @@ def usual_items(problem: Problem) -> tuple[Item, ...]:
     return tuple(each for each in usual if not each.label)
 
 
-def plainly_calibrated(problem: Problem, progress: Progress = unseen) -> Fit | None:
+def plainly_calibrated(problem: Problem, progress: Progress = unseen, rows: Rows | None = None) -> Fit | None:
     """The usual parameters fitted together to the fitted rows; None if the system has none of them.
 
     Chi-square and covariance of the fit go by the errors that such a model leaves and by the prior, so that
     what the log does not tell is known as well as it usually is.
+
+    Parameters
+    ----------
+    problem : with the fitted rows
+    progress : is told how it goes
+    rows : rows to fit by run, if these are not all fitted ones
     """
     from scipy.optimize import least_squares
 
@@ -62,7 +72,7 @@ def plainly_calibrated(problem: Problem, progress: Progress = unseen) -> Fit | N
     if not freed:
         return None
     apart = [_MATERIAL if item.cause.material else _APART for item in items for _ in item.freed]
-    sought = _Residuals(problem, freed, np.array(apart))
+    sought = _Residuals(problem, freed, np.array(apart), rows)
 
     def residual(place: Array) -> Array:
         progress(f"plain calibration of {len(freed)} numbers", 0.0)
@@ -91,18 +101,23 @@ class _Residuals:
     problem : with the fitted rows
     freed : numbers
     spread : by how much of itself each is usually off, 1 sigma, shape (numbers,)
+    rows : rows to fit by run; None for all fitted ones
     """
 
-    def __init__(self, problem: Problem, freed: Sequence[FreeNumber], spread: Array) -> None:
+    def __init__(
+        self, problem: Problem, freed: Sequence[FreeNumber], spread: Array, rows: Rows | None
+    ) -> None:
         self._problem, self._freed = problem, tuple(freed)
+        self._rows = [data.fitted for data in problem.data] if rows is None else list(rows)
         self._start, self._lower, self._upper = np.array([(f.start, f.lower, f.upper) for f in freed]).T
         self._is_size = self._start > 0
-        goes = _how_far(problem)
+        goes = _how_far(problem, self._rows)
         self._scales = [
             np.hypot(problem.scatter_in(run), _MISSING * goes) for run in range(len(problem.data))
         ]
         self._counts = [
-            np.maximum(np.isfinite(data.readings[data.fitted]).sum(axis=0), 1) for data in problem.data
+            np.maximum(np.isfinite(data.readings[fitted]).sum(axis=0), 1)
+            for data, fitted in zip(problem.data, self._rows, strict=True)
         ]
         self._spread = np.where(self._is_size, spread, self._added(goes))
         self._at: tuple[bytes, Array, Array] | None = None
@@ -129,9 +144,9 @@ class _Residuals:
         """By how much a number that is usually 0 is off, 1 sigma: so that it adds a share to some channel."""
         adds = np.zeros(len(self._freed))
         for run, (_, by) in enumerate(self._errors(self._start)):
-            rows = by[self._problem.data[run].fitted]
-            if rows.size:
-                adds = np.maximum(adds, (np.sqrt(np.mean(rows**2, axis=0)) / goes[:, None]).max(axis=0))
+            here = by[self._rows[run]]
+            if here.size:
+                adds = np.maximum(adds, (np.sqrt(np.mean(here**2, axis=0)) / goes[:, None]).max(axis=0))
         span = _LARGEST * (self._upper - self._lower)
         return np.minimum(_ADDED / np.maximum(adds, _ADDED / span), span)
 
@@ -147,7 +162,7 @@ class _Residuals:
         result = []
         for run, data in enumerate(self._problem.data):
             values, by_slot = self._problem.predict(run, self._problem.values(run, self._freed, theta))
-            result.append((np.where(data.fitted[:, None], data.readings - values, np.nan), by_slot))
+            result.append((np.where(self._rows[run][:, None], data.readings - values, np.nan), by_slot))
         return result
 
     @cached_property
@@ -195,9 +210,9 @@ class _Residuals:
         return self._at[1], self._at[2]
 
 
-def _how_far(problem: Problem) -> Array:
+def _how_far(problem: Problem, rows: Rows) -> Array:
     """How far each channel goes on the fitted rows of all runs, or its scatter, in SI, shape (channels,)."""
     least = np.max([problem.scatter_in(run) for run in range(len(problem.data))], axis=0)
-    rows = np.concatenate([data.readings[data.fitted] for data in problem.data])
-    read = [column[np.isfinite(column)] for column in rows.T]
+    table = np.concatenate([data.readings[here] for data, here in zip(problem.data, rows, strict=True)])
+    read = [column[np.isfinite(column)] for column in table.T]
     return np.maximum([np.ptp(column) if column.size else 0.0 for column in read], least)
