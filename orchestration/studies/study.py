@@ -136,8 +136,9 @@ class Study:
         """The same with another number of trials; raises InputError if that is not a count."""
         if trials is None:
             return self
-        if trials < 1:
-            raise InputError(f"{argument('trials', trials)}: not a number of trials; give 1 or more")
+        if not (isinstance(trials, int) and 1 <= trials <= MOST_POINTS):
+            told = f"{argument('trials', trials)}: not a number of trials"
+            raise InputError(f"{told}; give a whole number from 1 to {MOST_POINTS}")
         return replace(self, tune=replace(self.tune, trials=trials))
 
     def lines(self, point: Point) -> list[str]:

@@ -181,7 +181,7 @@ def load(
     columns.
     """
     path, name = Path(source), str(source)
-    if path.suffix in RECORDED_IN:
+    if path.suffix.lower() in RECORDED_IN:
         from warmlink.orchestration.scenarios.duties.recorded import read_recorded
 
         return read_recorded(path, linear, columns)
@@ -189,7 +189,7 @@ def load(
         if given:
             told = f"{key}: {shortened(name)} has segments and no columns"
             raise InputError(f"{told}; name a recorded duty (CSV, Parquet), or leave it out")
-    if path.suffix != ".toml":
+    if path.suffix.lower() != ".toml":
         if name not in names():
             raise InputError(f"{shortened(name)}: no such duty cycle; {instead(name, names())}")
         path = LIBRARY / f"{name}.toml"
