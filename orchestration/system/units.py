@@ -34,9 +34,10 @@ _SPELLINGS = {
     "urad": "uplane_rad",
     "µrad": "uplane_rad",
     **{angle: f"plane_{angle}" for angle in ("rad", "deg", "rev", "rpm")},
+    **{f"{word}{s}": f"plane_{word[:3]}" for word in ("radian", "degree", "revolution") for s in ("", "s")},
 }
 _MEANT = {
-    "degC": "C|ºC|℃|Â°C|Celsius|Deg C",
+    "degC": "C|ºC|℃|Â°C|Celsius|Deg C|deg C|degree C|degrees C|° C",
     "degF": "F",
     "N.m": "Nm|NM",
     "mN.m": "mNm",
