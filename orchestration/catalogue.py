@@ -10,7 +10,8 @@ import hashlib
 import importlib
 import sys
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -116,6 +117,13 @@ def controller_named(name: str) -> Controller:
     """
     own = Path(name.rpartition(":")[0] or name).suffix == ".py"
     return load_own_law(name) if own else shipped(name)
+
+
+def refuse_one_name(what: str, names: Iterable[str]) -> None:
+    """Refuse things of which two have one name, since what is found is told by it."""
+    twice = sorted(name for name, count in Counter(names).items() if count > 1)
+    if twice:
+        raise InputError(f"{twice[0]}: two {what} of that name; rename one")
 
 
 def load_own_law(place: str) -> Controller:

@@ -122,6 +122,8 @@ class JobsTable(Table):
                 f"shortest: {self.shortest:g} s does not lie between {SHORTEST_DRAWN:g} s and longest "
                 f"({self.longest:g} s); mend the bounds"
             )
+        if not 0 <= self.pause_share <= 1:
+            raise InputError(f'pause_share: {self.pause_share:g} is no share; give 0 to 1, as 0.2 or "20 %"')
 
     def rows(self, stop_time: float, where: str) -> Iterator[Row]:
         """Segments of each joint that are drawn until a stop time in s."""
@@ -142,19 +144,23 @@ class PoseTable(Table):
     hold: Annotated[float, Quantity("s", positive=True)]
     joints: Annotated[tuple[float, ...] | None, Quantities("rad", AXES)] = None
     point: Annotated[tuple[float, ...] | None, Quantities("m", 3)] = None
-    pitch: Annotated[float, Quantity("rad")] = 0.0
-    roll: Annotated[float, Quantity("rad")] = 0.0
+    pitch: Annotated[float | None, Quantity("rad")] = None
+    roll: Annotated[float | None, Quantity("rad")] = None
 
     def __post_init__(self) -> None:
         if (self.joints is None) == (self.point is None):
             raise InputError("give either joints or a point")
+        for key in ("pitch", "roll"):
+            if self.point is None and getattr(self, key) is not None:
+                raise InputError(f"{key}: is of a point, and beside joints without effect; leave it out")
 
     def pose(self, where: str) -> Pose:
         """The pose as angles; raises InputError where the arm cannot take it."""
         angles, place = self.joints, "joints"
         if self.point is not None:
             x, y, z = self.point
-            angles, place = chain.reaching_angles(x, y, z, self.pitch, self.roll)[0].tolist(), "point"
+            turns = self.pitch or 0.0, self.roll or 0.0
+            angles, place = chain.reaching_angles(x, y, z, *turns)[0].tolist(), "point"
             if not np.all(np.isfinite(angles)):
                 at = ", ".join(f"{1e3 * each:g}" for each in (x, y, z))
                 raise InputError(

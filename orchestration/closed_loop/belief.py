@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warmlink.controllers.interface import SENSED
+from warmlink.controllers.fail_safe import LIMITS
+from warmlink.controllers.interface import SAMPLE_TIME, SENSED, TOLERANCE
 from warmlink.controllers.start_values import by_scalar, design_file
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
@@ -32,7 +33,7 @@ REAL_CELLS = 1e-3
 
 _COUNTED_FROM = "reference_temperature"
 
-_NO_PART_OF_A_DESIGN = {"sample_time", "tolerance"}
+_NO_PART_OF_A_DESIGN = {each.name for each in (SAMPLE_TIME, TOLERANCE, *LIMITS)}
 
 
 def design_check(scenario: Scenario) -> tuple[str | None, bool]:
@@ -101,7 +102,7 @@ class _DesignCheck:
         from warmlink.controllers.design.plant import cell_plant
 
         scenario = self._scenario
-        noisy = scenario.in_use.noise is not None or any(n.startswith(self._sensors) for n in self._real)
+        noisy = (scenario.in_use.noise or 0.0) > 0 or any(n.startswith(self._sensors) for n in self._real)
         ideal = not noisy and self._suits(scenario, self._real, REAL_CELLS)
         if self._suits(scenario.as_believed, self._known):
             return None, ideal
@@ -145,7 +146,7 @@ def _file_of(law: str) -> str:
 
 def _command(scenario: Scenario, changed: Iterable[str], law: str) -> str:
     """Command that designs a law for a scenario's cell, with these parameters changed."""
-    known = {} if scenario.file is None else load_scenario(str(scenario.file)).parameters
+    known = {} if scenario.file is None else load_scenario(str(scenario.file)).as_believed.parameters
     given = scenario.as_believed.parameters
     settings = [w for n in changed if known.get(n) != given[n] for w in ("--set", f"{n}={given[n]}")]
     words = scenario.file or scenario.machine.name, "--law", law, *settings, "--out", f"{law}.ssv"

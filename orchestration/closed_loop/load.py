@@ -52,7 +52,7 @@ class ScenarioFile(DutyTables, Settings):
                     told = f'{key}: is of a recorded duty; name one, as duty = "shift.csv"'
                     raise InputError(f"{told}, or leave it out")
             return
-        for key in ("segment", "random", "repeat"):
+        for key in ("segment", "random", "repeat", "reason"):
             if getattr(self, key):
                 raise InputError(f"{key} beside duty; name a duty cycle or write one, not both")
 
@@ -95,18 +95,19 @@ def load_scenario(name: str, variant: str | None = None) -> Scenario:
     scenario has that name, the file contains no scenario, or its system has no variants.
     """
     path, shipped = Path(name), _shipped()
-    if variant is not None and path.suffix != ".toml":
+    ending = path.suffix.lower()
+    if variant is not None and ending != ".toml":
         raise InputError(f"{argument('variant', variant)}: {name} names no SSP; leave the variant out")
     if name in shipped:
         return read_scenario(name, read_text(shipped[name], ""))
-    if path.suffix == ".toml":
+    if ending == ".toml":
         tables = tables_of(read_text(path, "give an existing .toml, .csv or .parquet"), path.stem)
         return replace(of_tables(path.stem, _in_variant(tables, variant), path.parent), file=path)
-    if path.suffix in duty_files.RECORDED_IN or name in duty_files.names():
+    if ending in duty_files.RECORDED_IN or name in duty_files.names():
         duty = duty_files.load(name)
         return Scenario(duty.name, duty.title, duty.reason, duty)
-    if path.suffix in _OTHERS and is_file(path):
-        what, *words = _OTHERS[path.suffix]
+    if ending in _OTHERS and is_file(path):
+        what, *words = _OTHERS[ending]
         raise InputError(f"{name}: is no scenario; it is {what}: {command('warmlink', *words, path)}")
     known_names = instead(name, scenario_names(), "or give a TOML or CSV file")
     raise absent(path, known_names, "scenario")

@@ -117,7 +117,8 @@ def judge(
     for each in sets:
         from warmlink.orchestration.catalogue import controller_named
 
-        laws = {name: controller_named(name).component for name in found.controllers}
+        named = map(controller_named, controllers or found.controllers)
+        laws = {law.name: law.component for law in named}
         sentence = reached_controllers(each, laws)
         if sentence is not None:
             remark(sentence)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,9 +24,11 @@ from warmlink.orchestration.files import fresh_folder, with_hash
 from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.products.cnc_axis import ROWS, TableOfAxis, axes_of, axis_of
 from warmlink.orchestration.products.export import law_of
-from warmlink.orchestration.replay.learn import Sources
-from warmlink.orchestration.replay.logs import read_logs
+from warmlink.orchestration.replay.logs import read_logs, sources_in
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.replay.logs import Logs
 
 
 @dataclass(frozen=True, repr=False)
@@ -162,7 +165,7 @@ def cnc_table(
     design: str | Path | Mapping[str, str | float] | None = None,
     *,
     duties: Sequence[str] = (),
-    data: Sources = (),
+    data: Logs = (),
     thermometer: str | None = None,
     unit: str = "um",
     temperature: str = "degC",
@@ -201,12 +204,13 @@ def cnc_table(
             what = "a length; give one as um or mm" if of == "m" else "a temperature; give one as degC or K"
             raise InputError(f"{argument(argued, asked)}: is no unit of {what}") from None
     name, component, source = law_of(law, design)
-    if data and duties:
+    sources_given = sources_in(data)
+    if sources_given and duties:
         raise InputError(f"{argument('duty', duties[0])}: give either duty cycles or logs of the machine")
-    if data:
-        logs = read_logs(data)
+    if sources_given:
+        logs = read_logs(sources_given)
         axes, played, one = [axis_of(component, logs)], [each.name for each in logs], True
-        files = zip(data, logs, strict=True)
+        files = zip(sources_given, logs, strict=True)
         sources = [with_hash(of) if isinstance(of, (str, Path)) else log.name for of, log in files]
     else:
         scenarios = list(duties) or names_on(load_scenario(DEFAULT_SCENARIO).machine.name)
@@ -223,7 +227,7 @@ def cnc_table(
     tables = tuple(axis.tabulated(played, thermometer) for axis in axes)
     line = formula(component, unit, temperature) if one else None
     core = Core(component, name, "double", source)
-    return CncTable(core, tables, tuple(sources), unit, temperature, line, bool(data))
+    return CncTable(core, tables, tuple(sources), unit, temperature, line, bool(sources_given))
 
 
 def _runs(law: str, designed: Component | None, scenarios: Sequence[str]) -> list[ClosedLoop]:

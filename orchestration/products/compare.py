@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
@@ -13,14 +13,13 @@ from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.replay.compare import TOLERANCE, Replayed, logged_on, replayed
+from warmlink.orchestration.replay.logs import sources_in
 from warmlink.orchestration.scenarios.overrides import StartValueSet, given_values
 from warmlink.orchestration.studies.compare import Comparison, compared, plan_on
 from warmlink.orchestration.studies.session import USUAL, RunOptions
 
 if TYPE_CHECKING:
-    import pandas
-
-    Logs: TypeAlias = Sequence[str | Path | pandas.DataFrame] | str | Path | pandas.DataFrame
+    from warmlink.orchestration.replay.logs import Logs
 
 
 def compare(
@@ -71,7 +70,7 @@ def compare(
     values = given_values(parameters)
     sets = [StartValueSet("parameters", values)] if values else []
     if data is None:
-        logged = {"learn": len(_several(learn)) > 0, "tolerance": tolerance is not None}
+        logged = {"learn": len(sources_in(learn)) > 0, "tolerance": tolerance is not None}
         logged |= {"units": bool(units), "names": bool(names), "decimal": bool(decimal)}
         for name in (name for name, is_given in logged.items() if is_given):
             raise InputError(f"{argument(name)}: is for measured logs; give them as {argument('data')}")
@@ -87,12 +86,8 @@ def compare(
         reading, tolerance = logged_on(str(scenario), reading, tolerance)
     with spinner("Replaying"):
         return replayed(
-            *(_several(data), controllers, sets),
-            learn=_several(learn),
+            *(data, controllers, sets),
+            learn=learn,
             tolerance=TOLERANCE if tolerance is None else tolerance,
             options=reading,
         )
-
-
-def _several(logs: Logs) -> Sequence[str | Path | pandas.DataFrame]:
-    return logs if isinstance(logs, Sequence) and not isinstance(logs, str) else [logs]

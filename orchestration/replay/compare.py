@@ -25,20 +25,22 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import several
 from warmlink.fmus.safe_text import write_frame
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.catalogue import controller_named
+from warmlink.orchestration.catalogue import controller_named, refuse_one_name
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.metrics import conduct, error_metrics
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario
 from warmlink.orchestration.machine.machine import COMPENSATOR
-from warmlink.orchestration.replay.learn import LEARNS, Sources, learnt_law
-from warmlink.orchestration.replay.logs import MeasuredLog, read_logs
+from warmlink.orchestration.replay.learn import LEARNS, learnt_law
+from warmlink.orchestration.replay.logs import MeasuredLog, read_logs, sources_in
 from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, start_values
 from warmlink.orchestration.written.quantities import positive
 
 if TYPE_CHECKING:
     import pandas
+
+    from warmlink.orchestration.replay.logs import Logs
 
 SETTLING = 120.0
 """s after a start for which a law may be off: its correction moves from 0, no faster than its limit."""
@@ -193,11 +195,11 @@ def run_over(
 
 
 def replayed(
-    data: Sources,
+    data: Logs,
     controllers: Sequence[str] | str | None = None,
     sets: Sequence[StartValueSet] = (),
     *,
-    learn: Sources = (),
+    learn: Logs = (),
     tolerance: str | float = TOLERANCE,
     options: ReadOptions = DEFAULT_OPTIONS,
     progress: Callable[[float], None] = lambda done: None,
@@ -217,13 +219,15 @@ def replayed(
     Raises
     ------
     InputError
-        A file does not fit, a law or parameter does not exist, or a log holds too little.
+        A file does not fit, a law or parameter does not exist, two laws have one name, or a log holds too
+        little.
     """
     allowed = positive(tolerance, "m", argument("tolerance"))
     names = list(catalogue.controllers()) if controllers is None else several(controllers)
-    found = {name: controller_named(name) for name in dict.fromkeys(names)}
-    laws = {law.name: law.component for law in found.values()}
-    if learn:
+    found = [controller_named(name) for name in dict.fromkeys(names)]
+    refuse_one_name("controllers", (law.name for law in found))
+    laws = {law.name: law.component for law in found}
+    if sources_in(learn):
         taught = learnt_law(learn, options=options)
         for name in (each for each in LEARNS if each in laws):
             given = replace(taught, law=name).parameters

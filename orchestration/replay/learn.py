@@ -23,16 +23,14 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.files import with_hash
-from warmlink.orchestration.replay.logs import MeasuredLog, read_logs
+from warmlink.orchestration.replay.logs import MeasuredLog, read_logs, sources_in
 from warmlink.orchestration.scenarios.law_values import start_values_of, write_law_values
 from warmlink.orchestration.written.quantities import positive
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from warmlink.controllers.design.plant import Plant
+    from warmlink.orchestration.replay.logs import Logs
 
-Sources = Sequence["str | Path | pd.DataFrame"]
 
 LEARNS = ("regression", "observer", "observer_drift")
 """Laws that learn from a log."""
@@ -198,7 +196,7 @@ class LearntLaw(Answer):
 
 
 def learnt_law(
-    sources: Sources,
+    sources: Logs,
     law: str = "regression",
     sensors: Sequence[str] | None = None,
     *,
@@ -235,7 +233,7 @@ def learnt_law(
     run: TrainingRun | None = None if plant is None else training_run(plant)
     names = None if sensors is None else [_full(name) for name in sensors]
     found = learn([each.learnt_from for each in logs], names, run, sensor_std)
-    files = zip(sources, logs, strict=True)
+    files = zip(sources_in(sources), logs, strict=True)
     told = ", ".join(with_hash(of) if isinstance(of, (str, Path)) else log.name for of, log in files)
     source = f"learnt from {told}" + ("" if plant is None else f" and the model of {model}")
     return LearntLaw(law, found, tuple(logs), period, plant, camera_std, source)

@@ -11,8 +11,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,8 @@ from warmlink.orchestration.scenarios.logged.layout import name_and_unit, plain
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    Logs: TypeAlias = Sequence[str | Path | pd.DataFrame] | str | Path | pd.DataFrame
 
 TRUTH, MEASURED = "growth", "elongation"
 """Columns of the growth: as it was, and as it was measured."""
@@ -118,9 +121,12 @@ class MeasuredLog:
         return np.asarray(inputs), measured, acting
 
 
-def read_logs(
-    sources: Sequence[str | Path | pd.DataFrame], options: ReadOptions = DEFAULT_OPTIONS
-) -> list[MeasuredLog]:
+def sources_in(logs: Logs) -> Sequence[str | Path | pd.DataFrame]:
+    """The logs given, several or the only one."""
+    return logs if isinstance(logs, Sequence) and not isinstance(logs, str) else [logs]
+
+
+def read_logs(logs: Logs, options: ReadOptions = DEFAULT_OPTIONS) -> list[MeasuredLog]:
     """Read logs of one machine, of which each has a name of its own.
 
     Raises
@@ -129,16 +135,20 @@ def read_logs(
         A file, a header or a cell does not fit.
     """
     view, found = law_view(rig_of(options.machine)), []
-    for source in sources:
+    for source in sources_in(logs):
         place = Path(source) if isinstance(source, str) else source
         if isinstance(place, Path) and place.suffix.lower() == ".toml":
             raise InputError(f"{place}: is no log; give a file of measurements (CSV, text, Parquet, Excel)")
         found.append(_log(place, view, options))
     names = [each.name for each in found]
-    return [
-        each if names.count(each.name) == 1 else replace(each, name=f"{each.name} ({i})")
-        for i, each in enumerate(found, 1)
-    ]
+    taken = {name for name in names if names.count(name) == 1}
+    for i, each in enumerate(found):
+        if each.name in taken:
+            continue
+        numbered = (f"{each.name} ({number})" for number in count(i + 1))
+        found[i] = replace(each, name=next(name for name in numbered if name not in taken))
+        taken.add(found[i].name)
+    return found
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,10 @@ def write_tuning(tuned: Tuned, path: Path) -> None:
     sections = []
     if winner is not None:
         point = winner.point
-        rows = [(axis.name, axis.shown(point[axis.name]), axis.shown(axis.shipped)) for axis in study.axes]
+        rows = [
+            (axis.name, axis.shown(point[axis.name]), axis.shown(*dict.fromkeys(axis.shipped)))
+            for axis in study.axes
+        ]
         table = PageTable(("parameter", "winner", "as shipped"), rows)
         sections.append(Section("Winner", f"{tuned.gain[:1].upper()}{tuned.gain[1:]}.", table))
     if len(study.objectives) > 1 and complete:

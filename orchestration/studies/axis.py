@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -38,7 +39,8 @@ class AxisTable(Table):
 class Axis:
     """One start value that is varied, in SI units: between both bounds, or among the values of `choice`.
 
-    With `log` it is searched and spaced by its logarithm; `shipped` is what it is without the study.
+    With `log` it is searched and spaced by its logarithm. `shipped` are the smallest and the largest value
+    that it has without the study, since each scenario, and each axis of an arm, has one of its own.
     """
 
     name: str
@@ -48,7 +50,18 @@ class Axis:
     log: bool
     integer: bool
     choice: tuple[float, ...]
-    shipped: float
+    shipped: tuple[float, float]
+
+    @property
+    def as_shipped(self) -> float | None:
+        """The value by which nothing is changed; None where it cannot be chosen, or there are several."""
+        least, _ = self.shipped
+        if self.choice:
+            near = min(self.choice, key=lambda value: abs(value - least))
+        else:
+            near = min(max(least, self.low), self.high)
+        # What is written in another unit is rounded: 4.21 um/W are not quite 4.21e-6 m/W.
+        return near if all(math.isclose(near, value, rel_tol=1e-9) for value in self.shipped) else None
 
     @property
     def heading(self) -> str:
@@ -89,11 +102,14 @@ class Axis:
         return sorted({float(round(value)) for value in spaced}) if self.integer else spaced
 
 
-def read_axis(name: str, table: AxisTable, scenario: Scenario, known: StartValues, where: str) -> Axis:
-    """Axis from its table in a study file, and start values that the study's scenario has without it.
+def read_axis(
+    name: str, table: AxisTable, scenarios: Sequence[tuple[Scenario, StartValues]], where: str
+) -> Axis:
+    """Axis from its table in a study file, and the study's scenarios with their start values without it.
 
     InputError where it, or a bound, does not fit the component, or it is an input that a wire feeds.
     """
+    scenario, _ = scenarios[0]
     components = scenario.declared
     asked, name = name, scenario.machine.addressed(name)[0]
     found = scalar(name, components, where)
@@ -113,6 +129,14 @@ def read_axis(name: str, table: AxisTable, scenario: Scenario, known: StartValue
         if sentence is not None:
             raise InputError(f"{where}: {name.partition('.')[0]}.{sentence}")
     choice = () if table.values is None else tuple(dict.fromkeys(values))
-    integer, (instance, _, variable) = found.variable.type != "Real", name.rpartition(".")
-    shipped = float(known.get(instance, {}).get(variable, found.start or 0.0))
-    return Axis(asked, unit, low, high, table.log, integer, choice, shipped)
+    shipped = [value for each, known in scenarios for value in _started(asked, each, known, where)]
+    integer = found.variable.type != "Real"
+    return Axis(asked, unit, low, high, table.log, integer, choice, (min(shipped), max(shipped)))
+
+
+def _started(name: str, scenario: Scenario, known: StartValues, where: str) -> Iterator[float]:
+    """Start values in a scenario of all variables that a name stands for."""
+    for full in scenario.machine.addressed(name):
+        instance, _, variable = full.rpartition(".")
+        declared = scalar(full, scenario.declared, where).start or 0.0
+        yield float(known.get(instance, {}).get(variable, declared))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -16,7 +15,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, several
 from warmlink.fmus.safe_text import write_frame
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.catalogue import Controller, controller_named, shipped
+from warmlink.orchestration.catalogue import Controller, controller_named, refuse_one_name, shipped
 from warmlink.orchestration.closed_loop.load import driven, load_scenario, names_on
 from warmlink.orchestration.closed_loop.metrics import CONDUCT
 from warmlink.orchestration.console import Answer
@@ -96,9 +95,7 @@ def plan(
     laws = [shipped(NO_CONTROLLER), *(law for law in controllers if law.name != NO_CONTROLLER)]
     several_of = ("controllers", laws), ("duty cycles", duties), ("mismatches", mismatches)
     for what, held in (*several_of, ("components", [law.component for law in laws])):
-        several = Counter(each.name for each in held)
-        if twice := sorted(name for name, count in several.items() if count > 1):
-            raise InputError(f"{twice[0]}: two {what} of that name; rename one")
+        refuse_one_name(what, (each.name for each in held))
     given = assigned(sets, {law.name: law.component for law in laws})
     scenarios = [believing(replace(duty, controller=law), given[law.name]) for law in laws for duty in duties]
     for each in scenarios:

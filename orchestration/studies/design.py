@@ -31,7 +31,7 @@ from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.plant import plant_of
 from warmlink.orchestration.machine.roles import AS_THEY_ARE
 from warmlink.orchestration.machine.shipped import machine_named, machines
-from warmlink.orchestration.replay.learn import LearntLaw, Sources, learnt_law
+from warmlink.orchestration.replay.learn import LearntLaw, learnt_law
 from warmlink.orchestration.scenarios.law_values import source_named, start_values_of, write_law_values
 from warmlink.orchestration.scenarios.replaced import with_replaced
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
@@ -41,9 +41,8 @@ from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacem
 from warmlink.orchestration.written.quantities import positive
 
 if TYPE_CHECKING:
-    import pandas
-
     from warmlink.controllers.design.reduction import ReducedPlant
+    from warmlink.orchestration.replay.logs import Logs
 
 SENSORS, SENSOR_STD = ("base", "tip"), 0.1
 """Defaults of a design: the temperatures that the law uses, and the noise of a reading in K."""
@@ -129,7 +128,7 @@ def design(
     sample_time: str | float = 1.0,
     parameters: Mapping[str, str | float] = MappingProxyType({}),
     replaced: Replacements = NOTHING_REPLACED,
-    data: Sources | str | Path | pandas.DataFrame | None = None,
+    data: Logs | None = None,
     options: ReadOptions = DEFAULT_OPTIONS,
 ) -> Designed | LearntLaw:
     """Compute a controller's gains for a system, or learn them from measured logs.
@@ -206,7 +205,7 @@ def design(
 
 
 def _learnt(
-    data: Sources | str | Path | pandas.DataFrame,
+    data: Logs,
     system: str | Path,
     law: str,
     sensors: Sequence[str] | str | None,
@@ -230,9 +229,8 @@ def _learnt(
         None if std is None else positive(std, unit, argument(name))
         for std, unit, name in zip(stds, ("K", "m"), ("sensor_std", "camera_std"), strict=True)
     )
-    sources = data if isinstance(data, Sequence) and not isinstance(data, str) else [data]
     return learnt_law(
-        sources,
+        data,
         law,
         names,
         sensor_std=noise,

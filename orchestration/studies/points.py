@@ -198,8 +198,10 @@ def _judged(
             return Judged(number, point, reason=reason, outcomes=outcomes)
     objectives = tuple(each.value(outcomes, cases) for each in study.objectives)
     excess = tuple(constraint.excess(outcomes, cases) for constraint in study.constraints)
-    if not all(map(math.isfinite, (*objectives, *excess))):
-        return Judged(number, point, reason=f"{study.objective.title} is {objectives[0]}", outcomes=outcomes)
+    told = zip((*study.objectives, *study.constraints), (*objectives, *excess), strict=True)
+    for figure, value in told:
+        if not math.isfinite(value):
+            return Judged(number, point, reason=f"{figure.title} is {value}", outcomes=outcomes)
     return Judged(number, point, objectives, excess, None, outcomes)
 
 

@@ -128,19 +128,17 @@ class Study:
 
     @property
     def shipped(self) -> Point | None:
-        """The point where nothing is changed; None where the bounds leave it out."""
-        reached = (
-            axis.shipped in axis.choice if axis.choice else axis.low <= axis.shipped <= axis.high
-            for axis in self.axes
-        )
-        return {axis.name: axis.shipped for axis in self.axes} if all(reached) else None
+        """The point where nothing is changed; None where none of the points that can be chosen is that."""
+        found = {axis.name: value for axis in self.axes if (value := axis.as_shipped) is not None}
+        return found if len(found) == len(self.axes) else None
 
     def lasting(self, trials: int | None) -> Study:
         """The same with another number of trials; raises InputError if that is not a count."""
         if trials is None:
             return self
-        if trials < 1:
-            raise InputError(f"{argument('trials', trials)}: not a number of trials; give 1 or more")
+        if not (isinstance(trials, int) and 1 <= trials <= MOST_POINTS):
+            told = f"{argument('trials', trials)}: not a number of trials"
+            raise InputError(f"{told}; give a whole number from 1 to {MOST_POINTS}")
         return replace(self, tune=replace(self.tune, trials=trials))
 
     def lines(self, point: Point) -> list[str]:
@@ -185,7 +183,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
     cell = None if file.scenario is None else load_scenario(_beside(file.scenario, folder))
     duties = file.duty_cycles or (file.scenario or "",)
     scenarios = tuple(_scenario(_beside(each, folder), file, controller, cell) for each in duties)
-    known = scenarios[0].values()
+    known = [(each, each.as_believed.values()) for each in scenarios]
     study = Study(
         name=name,
         title=name if file.title is None else file.title,
@@ -193,7 +191,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         scenarios=scenarios,
         mismatches=tuple(mismatches.load(_beside(each, folder)) for each in file.mismatches),
         seed=file.seed,
-        axes=tuple(read_axis(key, each, scenarios[0], known, name) for key, each in file.parameters.items()),
+        axes=tuple(read_axis(key, each, known, name) for key, each in file.parameters.items()),
         objectives=tuple(each for each in (file.objective, file.second_objective) if each is not None),
         constraints=file.constraint,
         tune=file.tune,

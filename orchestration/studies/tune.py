@@ -42,10 +42,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Tuned(Searched):
-    """A study with all its trials, and its winner polished."""
+    """A study with all its trials, and its winner polished; `joined` says whether that is possible."""
 
     storage: Storage = field(compare=False)
     polished: Judged | None = None
+    joined: bool = False
     word: ClassVar[str] = "trial"
 
     @property
@@ -57,7 +58,7 @@ class Tuned(Searched):
     def gain(self) -> str:
         """What polishing gave the winner, in words."""
         if self.polished is None:
-            return "not polished, since the system is not joined"
+            return "not polished yet" if self.joined else "not polished, since the system is not joined"
         before, after = self.found[self.polished.number].objectives, self.polished.objectives
         less = 100 * (before[0] - after[0]) / (before[0] or 1.0)  # a time to tolerance may be 0
         told = f"polished along its gradient from {before[0]:.5g}, {less:.2g} % less"
@@ -95,7 +96,7 @@ class Tuned(Searched):
         import pandas
 
         two, kept = len(self.study.objectives) > 1, front(self.found)
-        excesses = [f"{c.metric} above {c.at_most:g}" for c in self.study.constraints]
+        excesses = [f"{c.title} above {c.at_most:g}" for c in self.study.constraints]
         rows = [
             {
                 "number": trial.number,
@@ -160,9 +161,10 @@ def tune(
         trials += batch
         progress(len(trials), best(trials))
         if len(trials) > len(done):
-            keep(Tuned(study, [*trials], storage))
+            keep(Tuned(study, [*trials], storage, joined=joined))
     winner = best(trials) if joined else None
-    return Tuned(study, trials, storage, None if winner is None else polish(study, winner, workers))
+    polished = None if winner is None else polish(study, winner, workers)
+    return Tuned(study, trials, storage, polished, joined)
 
 
 def tune_study(

@@ -34,9 +34,10 @@ _SPELLINGS = {
     "urad": "uplane_rad",
     "µrad": "uplane_rad",
     **{angle: f"plane_{angle}" for angle in ("rad", "deg", "rev", "rpm")},
+    **{f"{word}{s}": f"plane_{word[:3]}" for word in ("radian", "degree", "revolution") for s in ("", "s")},
 }
 _MEANT = {
-    "degC": "C|ºC|℃|Â°C|Celsius|Deg C",
+    "degC": "C|ºC|℃|Â°C|Celsius|Deg C|deg C|degree C|degrees C|° C",
     "degF": "F",
     "N.m": "Nm|NM",
     "mN.m": "mNm",
@@ -62,6 +63,7 @@ _POWER = re.compile(r"(?<![\w.])([^\W\d]+)\^?(-?\d{1,2})(?![\w.])")
 _WRITTEN = re.compile(
     r"(?:\s*+(?:[^\W\d]\w*+|°\w++|1(?!\d)|/|\(|\)|\*(?!\*)|\*\*\s*(?:\(-?\d{1,2}\)|-?\d{1,2}(?!\d))(?!\s*\*\*)))*\s*"
 )
+_SPACES, _SPACES_AROUND = re.compile(r"\s+"), re.compile(r"\s*([*./()])\s*")
 _PLAIN_NUMBER = ("", "1", "-")
 _IN_BRACKETS = re.compile(r"\s*\[([^][]*)\]\s*")
 _LONGEST_NAME = 80
@@ -205,7 +207,8 @@ def parse_unit(name: str) -> Unit:
     with contextlib.suppress(
         ValueError, OverflowError
     ):  # one of those that components are declared in needs no pint
-        known = modelica_unit(name.replace(" ", "").replace("**", "").replace("*", "."))
+        tight = _SPACES_AROUND.sub(r"\1", name.strip())  # a space that is left stands for a product
+        known = modelica_unit(_SPACES.sub(".", tight.replace("**", "").replace("*", ".")))
         exponents = tuple(known.exponents.get(base, 0) for base in BASE_UNITS)
         return Unit(name, exponents, float(known.factor), float(known.offset))
     # To import pint and to read its tables takes as long as a short run.

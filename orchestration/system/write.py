@@ -24,9 +24,9 @@ from warmlink.orchestration.system.model import (
     System,
     Value,
 )
-from warmlink.orchestration.system.ports import End, Ports, opened
+from warmlink.orchestration.system.ports import End, Opened, Ports, opened
 from warmlink.orchestration.system.ssp.arrays import array_of, arrays_in, joined_edges
-from warmlink.orchestration.system.ssp.net import Net, Node, net_of
+from warmlink.orchestration.system.ssp.net import Node, net_of
 from warmlink.orchestration.system.ssp.net import Path as Place
 from warmlink.orchestration.system.ssp.parameter_values import SsvValue, parameter_set_element
 from warmlink.orchestration.system.ssp.resolve import Resolver
@@ -61,17 +61,19 @@ def write_ssp(
     Raises
     ------
     InputError
-        If the system does not fit its FMUs, two FMUs define one unit differently, or a name before a dot is
-        that of a component too.
+        If the system does not fit its FMUs, two FMUs define one unit differently, a name before a dot is that
+        of a component too, or the ports do not fit the system, or are asked for with `nested`.
 
     Examples
     --------
     >>> wl.write_ssp(wl.read_system("dist/WarmupCell.ssp"), "copy.ssp")
     """
+    if ports is not None and nested:
+        raise InputError("ports: a nested system has none; leave one out")
     system = _with_connectors(system, () if ports is None else ports.shown)
     check_system(system)
-    shown = (system, net_of(system, nested)) if ports is None else opened(system, ports)
-    document = _Document(*shown, version)
+    shown = Opened.by_itself(system, net_of(system, nested)) if ports is None else opened(system, ports)
+    document = _Document(shown, version)
     entries = {"SystemStructure.ssd": to_bytes(document.root())}
     for name, held in document.system.components.items():
         if held.values:
@@ -114,8 +116,9 @@ class _Document:
     URI, and no two differ in capitals alone, because some file systems do not tell these apart.
     """
 
-    def __init__(self, system: System, net: Net, version: SspVersion) -> None:
-        self.system, self.net, self.resolver = system, net, Resolver(net)
+    def __init__(self, shown: Opened, version: SspVersion) -> None:
+        system, net, whole, self.driven = shown
+        self.system, self.net, self.resolver = system, net, Resolver(whole)
         self.version = version
         self.arrays = arrays_in(net) if version == "2.0" else {}
         self.enumerations: dict[str, dict[str, int]] = {}
@@ -240,20 +243,24 @@ class _Document:
 
     def _add_type(self, connector: Any, node: Node) -> None:
         """Add the type of a component's connector, or of the one whose values a system's connector has."""
-        info = self.net.info(node)
+        if not node.path:
+            node = self.driven.get(node.connector, node)
+        net = self.resolver.net
+        info = net.info(node)
         while info is None:
             before = self.net.into.get(node)
             node = before.source if before else self.net.onward[node][0][-1].target
-            info = self.net.info(node)
+            info = net.info(node)
         variable, unit = self._variable(node)
-        declared = self.net.declared(node)
+        declared = net.declared(node)
         kind = declared.type if declared and declared.type else variable.kind
         if self.version == "2.0" and kind != "Enumeration":
             kind = variable.type
         if kind == "Enumeration":
             if variable.items:
                 enumeration = f"{info.model_name}.{node.connector}"
-                self.enumerations[enumeration] = variable.items
+                while self.enumerations.setdefault(enumeration, variable.items) != variable.items:
+                    enumeration += "_"  # another FMU of that name has other items
                 sub_element(connector, "ssc", "Enumeration", name=enumeration)
             return
         sub_element(connector, "ssc", str(kind), unit=None if unit is None else unit.name)

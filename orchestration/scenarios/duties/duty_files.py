@@ -8,6 +8,7 @@ one `[random]` table from whose seed the segments are drawn. A segment has `dura
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,13 +54,18 @@ def durations(
 ) -> Iterator[float]:
     """Draw durations in s between the shortest and the longest until a stop time in s is filled.
 
-    InputError where there may be too many of the shortest; `where` is its name.
+    InputError where there may be too many of the shortest, or none fits; `where` is its name.
     """
     check_segments(stop_time / lasting[0], where)
+    # To within the rounding of a unit: 2.05 min are 122.99999999999999 s.
+    bounds = math.ceil(lasting[0] - 1e-9), math.floor(lasting[1] + 1e-9)
+    if bounds[0] > bounds[1]:
+        between = " and ".join(f"{each:g} s" for each in lasting)
+        raise InputError(f"{where}: there is no whole number of seconds between {between}; widen the bounds")
     time = 0.0
     while time < stop_time:
         # Whole seconds, so that the segments fall on communication points.
-        duration = float(round(generator.uniform(*lasting)))
+        duration = float(round(generator.uniform(*bounds)))
         yield duration
         time += duration
 
@@ -175,7 +181,7 @@ def load(
     columns.
     """
     path, name = Path(source), str(source)
-    if path.suffix in RECORDED_IN:
+    if path.suffix.lower() in RECORDED_IN:
         from warmlink.orchestration.scenarios.duties.recorded import read_recorded
 
         return read_recorded(path, linear, columns)
@@ -183,7 +189,7 @@ def load(
         if given:
             told = f"{key}: {shortened(name)} has segments and no columns"
             raise InputError(f"{told}; name a recorded duty (CSV, Parquet), or leave it out")
-    if path.suffix != ".toml":
+    if path.suffix.lower() != ".toml":
         if name not in names():
             raise InputError(f"{shortened(name)}: no such duty cycle; {instead(name, names())}")
         path = LIBRARY / f"{name}.toml"

@@ -112,6 +112,11 @@ GOOD: dict[str, Any] = {
             r"pose 2.joints: joint 2 \(shoulder\) would turn to 91 deg, beyond its 90 deg; choose another",
         ),
         ({"pose": [{"hold": "1 s"}]}, "either joints or a point"),
+        (
+            {"pose": [{**GOOD["pose"][0], "roll": "400 deg"}]},
+            "roll: is of a point, and beside joints without",
+        ),
+        ({"pose": [{**GOOD["pose"][0], "pitch": "0 deg"}]}, "pitch: is of a point"),
         ({"pose": GOOD["pose"] * 33}, "33 poses are more than the 32"),
         ({"stop_time": "-1 h"}, "not positive"),
         ({"speed": 3}, "speed is not known"),
@@ -131,14 +136,28 @@ def test_what_is_wrong_is_named(change: dict[str, Any], sentence: str) -> None:
     [
         ({"shortest": "0.1 s"}, "shortest: 0.1 s does not lie between 1 s and longest"),
         ({"seed": True}, "seed: true is not a whole number"),
+        ({"pause_share": 20}, 'pause_share: 20 is no share; give 0 to 1, as 0.2 or "20 %"'),
+        ({"pause_share": -3}, "pause_share: -3 is no share"),
+        (
+            {"shortest": "40.4 s", "longest": "40.6 s"},
+            r"random\.shortest: there is no whole number of seconds between 40\.4 s and 40\.6 s",
+        ),
     ],
 )
-def test_jobs_that_could_be_drawn_for_ever_are_refused(change: dict[str, Any], sentence: str) -> None:
+def test_jobs_that_cannot_be_drawn_are_refused(change: dict[str, Any], sentence: str) -> None:
     drawn = {"seed": 1, "shortest": "5 min", "longest": "20 min"}
     given = {"stop_time": "1 h", "pose": GOOD["pose"]}
     assert parsed({**given, "random": drawn}, "mine").duties
     with pytest.raises(InputError, match=sentence):
         parsed({**given, "random": {**drawn, **change}}, "mine")
+
+
+def test_jobs_last_whole_seconds_between_their_bounds() -> None:
+    """They were rounded after they were drawn: 40.4 s gave jobs of 40 s."""
+    drawn = {"seed": 1, "shortest": "40.4 s", "longest": "43.6 s", "pause_share": "20 %"}
+    given = {"stop_time": "20 min", "pose": GOOD["pose"], "random": drawn}
+    lasting = {segment.duration for segment in parsed(given, "mine").duties[0].segments}
+    assert lasting == {41.0, 42.0, 43.0}
 
 
 @pytest.mark.parametrize("key", ["step_size", "master", "controller", "tolerance", "sensors", "parameters"])

@@ -15,8 +15,9 @@ from warmlink.fmus.arguments import speaking_of_options
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.closed_loop.belief import design_check
-from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.command_line.arguments import OPTIONS
+from warmlink.orchestration.scenarios.scenario import changed
 from warmlink.orchestration.shell import quoted
 
 NOMINAL = "windshield_wiper"
@@ -56,6 +57,43 @@ def test_a_law_without_a_design_is_not_judged_once_somebody_gave_it_values() -> 
     assert "suit" in str(design_check(other)[0])
     own = replace(other, parameters={**other.parameters, "compensator.gain": "5 um/W"})
     assert design_check(own) == (None, False)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        {"sample_time": "2 s"},
+        {"tolerance": "3 um"},
+        {"correction_limit": "300 um"},
+        {"correction_rate_limit": "10 um/s"},
+        {"warning_limit": "100 um"},
+    ],
+)
+def test_limits_that_somebody_gave_are_no_design(value: dict[str, str]) -> None:
+    longer = changed(load_scenario(NOMINAL), "lag", {"link.length": "400 mm"})
+    given = changed(longer, None, {f"compensator.{name}": text for name, text in value.items()})
+    assert design_check(given) == design_check(longer)
+    assert "suit" in str(design_check(given)[0])
+
+
+@pytest.mark.parametrize(("noise", "ideal"), [("0 K", True), ("0.1 K", False)])
+def test_thermometers_without_noise_are_ideal_however_that_is_said(noise: str, ideal: bool) -> None:
+    asked = f'duty = "{NOMINAL}"\ncontroller = "observer"\n'
+    assert design_check(read_scenario("mine", asked)) == (None, True)
+    assert design_check(read_scenario("mine", f'{asked}[sensors]\nnoise = "{noise}"\n')) == (None, ideal)
+
+
+def test_a_command_repeats_nothing_that_the_file_says(tmp_path: Path) -> None:
+    """Beside a mismatch it did: the file's values were compared with the mismatch on top."""
+    path = tmp_path / "steel.toml"
+    cell = f'duty = "{NOMINAL}"\ncontroller = "observer"\n[materials]\nlink = "steel"\n'
+    path.write_text(cell)
+    told, _ = design_check(load_scenario(str(path)))
+    assert "--set" not in str(told)
+    path.write_text(f'mismatches = ["draw_1"]\n{cell}')
+    assert design_check(load_scenario(str(path)))[0] == told
+    anew = design_check(changed(load_scenario(str(path)), None, {"link.length": "400 mm"}))[0]
+    assert str(anew).count("--set") == 1
 
 
 def test_a_start_value_that_has_no_effect_is_refused_before_any_advice() -> None:

@@ -200,6 +200,47 @@ def test_a_log_without_growth_cannot_judge() -> None:
         replayed([bare], ["none"])
 
 
+def test_two_laws_of_one_name_are_refused(tmp_path: Path) -> None:
+    """One row was left, that of the second."""
+    law = (Path(__file__).parents[1] / "studies" / "my_law.py").read_text()
+    for name in ("one", "two"):
+        (tmp_path / f"{name}.py").write_text(f"# {name}\n{law}")
+    places = [f"{tmp_path / name}.py:MyLaw" for name in ("one", "two")]
+    assert replayed([log()], places[0]).controllers == ("MyLaw",)
+    with pytest.raises(InputError, match=r"^MyLaw: two controllers of that name; rename one$"):
+        replayed([log()], places)
+
+
+def test_logs_of_one_name_stay_apart(tmp_path: Path) -> None:
+    """The first and the last had one name, so that the last counted twice and the first not at all."""
+    for i, place in enumerate(("day/shift.csv", "night/shift.csv", "shift (1).csv"), 1):
+        (tmp_path / place).parent.mkdir(exist_ok=True)
+        log().iloc[: 1200 * i].to_csv(tmp_path / place, index=False)
+    found = read_logs([tmp_path / place for place in ("day/shift.csv", "night/shift.csv", "shift (1).csv")])
+    assert [each.name for each in found] == ["shift (2)", "shift (3)", "shift (1)"]
+    assert [each.time.size for each in found] == [1200, 2400, 3600]
+
+
+def test_the_only_log_needs_no_list(tmp_path: Path) -> None:
+    path = str(tmp_path / "one.csv")
+    log().to_csv(path, index=False)
+    assert replayed(path, "lag").logs == ("one",)
+    assert learnt_law(path).source.startswith("learnt from one.csv (")
+    assert wl.cnc_table("regression", data=path).measured
+
+
+def test_start_values_reach_a_law_of_ones_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its table was written, and then its name was said to be that of no controller."""
+    monkeypatch.chdir(tmp_path)
+    log().to_csv("one.csv", index=False)
+    Path("my.py").write_text((Path(__file__).parents[1] / "studies" / "my_law.py").read_text())
+    given = ["--controllers", "my.py:MyLaw", "--set", "compensator.gain=7 um/K", "--no-report"]
+    assert run(["--data", "one.csv", *given], monkeypatch) == 0
+    assert "for MyLaw" in capsys.readouterr().err
+
+
 def test_what_is_for_logs_is_refused_without_them_and_the_other_way_round(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="`tolerance`: is for measured logs; give them as `data`"):
         wl.compare(["lag"], ["stop_and_go"], ["nominal"], tolerance="3 um")

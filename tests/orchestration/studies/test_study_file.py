@@ -117,7 +117,7 @@ def test_values_of_an_axis_keep_within_its_bounds(
 ) -> None:
     if integer:
         low, span = float(max(round(low), log)), float(round(span) + 1)
-    axis = Axis("motor.x", "1", low, low + span, log, integer, (), low)
+    axis = Axis("motor.x", "1", low, low + span, log, integer, (), (low, low))
     values = [axis.at(share), *axis.levels(count)]
     assert all(axis.low <= value <= axis.high for value in values)
     assert not integer or all(value == round(value) for value in values)
@@ -126,7 +126,7 @@ def test_values_of_an_axis_keep_within_its_bounds(
 
 
 def test_whole_numbers_are_spread_by_their_logarithm_too() -> None:
-    axis = Axis("motor.x", "1", 1.0, 1000.0, True, True, (), 1.0)
+    axis = Axis("motor.x", "1", 1.0, 1000.0, True, True, (), (1.0, 1.0))
     assert axis.levels(4) == [1.0, 10.0, 100.0, 1000.0]
     assert [axis.at(share) for share in (0.0, 1 / 3, 2 / 3, 1.0)] == [1.0, 10.0, 100.0, 1000.0]
     few = [replace(axis, high=3.0, log=False).at((i + 0.5) / 300) for i in range(300)]
@@ -134,10 +134,54 @@ def test_whole_numbers_are_spread_by_their_logarithm_too() -> None:
 
 
 def test_a_number_without_a_unit_is_shown_without_one() -> None:
-    assert Axis("motor.x", "1", 1.0, 4.0, False, True, (), 1.0).shown(1.0, 4.0) == "1 to 4"
+    assert Axis("motor.x", "1", 1.0, 4.0, False, True, (), (1.0, 1.0)).shown(1.0, 4.0) == "1 to 4"
 
 
 def test_the_point_where_nothing_is_changed_is_that_of_the_scenario(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_text('duty = "stop_and_go"\n[parameters]\n"compensator.gain" = "3 um/W"\n')
     study = read_study("mine", {**GIVEN, "scenario": "cell.toml"}, tmp_path)
     assert study.shipped == {"compensator.gain": pytest.approx(3e-6)}
+
+
+def test_a_shipped_value_is_known_however_it_was_written() -> None:
+    """4.21 um/W are not quite 4.21e-6 m/W once converted."""
+    for table in ({"values": ["4.21 um/W", "9 um/W"]}, {"min": "2 um/W", "max": "4.21 um/W"}):
+        study = read_study("mine", varied("compensator.gain", **table), Path())
+        assert study.shipped == {"compensator.gain": pytest.approx(4.21e-6, rel=1e-12)}
+        chosen = study.shipped["compensator.gain"]
+        assert chosen in (study.axes[0].choice or (study.axes[0].high,))
+
+
+def test_no_point_is_the_shipped_one_where_scenarios_ship_several_values(tmp_path: Path) -> None:
+    """The first scenario's gain was called the shipped one of all, and the first axis' that of six."""
+    for name, gain in (("one", 3), ("two", 6)):
+        text = f'duty = "stop_and_go"\n[parameters]\n"compensator.gain" = "{gain} um/W"\n'
+        (tmp_path / f"{name}.toml").write_text(text)
+    study = read_study("mine", changed(duty_cycles=["one.toml", "two.toml"]), tmp_path)
+    assert study.shipped is None
+    assert study.axes[0].shown(*study.axes[0].shipped) == "3 to 6 µm/W"
+    alone = read_study("mine", changed(duty_cycles=["two.toml"]), tmp_path)
+    assert alone.shipped == {"compensator.gain": pytest.approx(6e-6)}
+
+
+def test_the_shipped_point_of_an_arm_is_that_of_all_its_axes() -> None:
+    arm = changed(duty_cycles=["six_axis_shift"])
+    assert read_study("mine", arm, Path()).shipped is None
+    one = {"axis6.compensator.gain": GIVEN["parameters"]["compensator.gain"]}
+    assert_shipped_changes_nothing({**arm, "parameters": one}, Path())
+
+
+def test_the_shipped_point_is_without_the_mismatch_which_comes_on_top(tmp_path: Path) -> None:
+    (tmp_path / "off.toml").write_text('duty = "stop_and_go"\nmismatches = ["draw_1"]\n')
+    bounds = {"motor.joint_conductance": {"min": 0.5, "max": 2.0}}
+    assert_shipped_changes_nothing(changed(duty_cycles=["off.toml"], parameters=bounds), tmp_path)
+
+
+def assert_shipped_changes_nothing(given: dict[str, Any], folder: Path) -> None:
+    study = read_study("mine", given, folder)
+    assert study.shipped is not None
+    for mine, without in zip(study.cases(study.shipped, ""), study.cases({}, ""), strict=True):
+        for full in study.shipped:
+            instance, _, name = full.rpartition(".")
+            known = without.values[instance].get(name, study.shipped[full])
+            assert mine.values[instance][name] == pytest.approx(known, rel=1e-12)

@@ -19,6 +19,7 @@ from warmlink.orchestration.system.units import (
     conversion,
     parse_unit,
     read_unit,
+    spelled,
 )
 from warmlink.orchestration.system.xml import parse_xml
 
@@ -50,11 +51,19 @@ def exponents(**powers: int) -> tuple[int, ...]:
         ("µm", {"m": 1}, 1e-6, 0.0),
         ("deg", {"rad": 1}, math.pi / 180, 0.0),
         ("rpm", {"rad": 1, "s": -1}, math.pi / 30, 0.0),
+        ("degrees", {"rad": 1}, math.pi / 180, 0.0),
+        ("radian/s", {"rad": 1, "s": -1}, 1.0, 0.0),
+        ("revolutions/min", {"rad": 1, "s": -1}, math.pi / 30, 0.0),
         ("rev/min", {"rad": 1, "s": -1}, math.pi / 30, 0.0),
         ("K/h", {"K": 1, "s": -1}, 1 / 3600, 0.0),
         ("m.m/(s.s)", {"m": 2, "s": -2}, 1.0, 0.0),
         ("(m/s)**2", {"m": 2, "s": -2}, 1.0, 0.0),
         ("%", {}, 0.01, 0.0),
+        ("m s", {"m": 1, "s": 1}, 1.0, 0.0),
+        ("kg/(m s)", {"kg": 1, "m": -1, "s": -1}, 1.0, 0.0),
+        ("m Pa", {"kg": 1, "s": -2}, 1.0, 0.0),
+        ("W / ( m2 . K )", {"kg": 1, "s": -3, "K": -1}, 1.0, 0.0),
+        ("J ** 2 / (kg  K)", {"kg": 1, "m": 4, "s": -4, "K": -1}, 1.0, 0.0),
         ("1", {}, 1.0, 0.0),
         ("", {}, 1.0, 0.0),
     ],
@@ -107,6 +116,12 @@ def test_a_temperature_has_a_zero_and_a_difference_has_none() -> None:
 def test_equal_units_convert_exactly_even_if_nobody_knows_them() -> None:
     assert conversion(Unit("furlong?"), Unit("furlong?")).identity
     assert conversion(Unit("K", exponents(K=1)), Unit("kelvin", exponents(K=1))).identity
+
+
+@pytest.mark.parametrize("written", ["degC", "deg C", "Deg C", "degree C", "degrees C", "° C", "°C", "C"])
+def test_a_temperature_is_read_however_its_degree_is_written(written: str) -> None:
+    """22 degrees C were 0.38 K: degrees, times a degree Celsius."""
+    assert conversion(parse_unit(spelled(written, "K")), Unit("K"))(22.0) == pytest.approx(295.15)
 
 
 def test_definitions_count_more_than_names() -> None:
