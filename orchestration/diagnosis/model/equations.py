@@ -69,7 +69,7 @@ class Equations:
 
         self.rig, self.slots, self.outputs = rig, tuple(slots), tuple(outputs)
         self.columns = len(self.slots) if derivatives else 0
-        self.taken = 0
+        self.taken, self._pays = 0, False
         joined = _Symbols(rig, self.slots, given)
         rates, observed = joined.rates, ca.vertcat(*(joined.values[name] for name in outputs))
         needed = _needed_states(ca, joined.x, rates, observed)
@@ -116,11 +116,12 @@ class Equations:
 
         So many evaluations lie `ahead`.
         """
-        return self._before or (self._compiled if self.taken + ahead >= _PAYS_FROM else None)
+        self._pays = self._pays or self.taken + ahead >= _PAYS_FROM
+        return self._before or (self._compiled if self._pays else None)
 
     def compile(self) -> None:
         """Take C from the first step on if it compiles here: for many steps that must all come out alike."""
-        self.taken = max(self.taken, _PAYS_FROM)
+        self._pays = True
 
     @cached_property
     def _sources(self) -> dict[str, str]:
