@@ -96,9 +96,9 @@ def forward(compiled: bool) -> Work:
     driven = {"motor.speed": 3.4, "motor.torque": 2.5, "link.speed": 3.4}
     inputs = {name: np.where(time_s % 900 < 600, value, 0.0) for name, value in driven.items()}
     run = Run("hour", time_s, inputs, {})
-    equations.taken = 10**9  # steps, after which it pays to compile them
+    equations.compile()
     if not compiled:
-        equations.library = lambda: None  # type: ignore[method-assign]
+        equations.library = lambda ahead=0: None  # type: ignore[method-assign]
     model = Forward(equations, run, {}, SEARCH)
     start, tries = model.start_values(), count()
     # The course at the last values is kept, so that others are asked for each time.

@@ -29,7 +29,7 @@ _BESIDE = 1e-6
 _LOOP = Path(__file__).parent / "sources" / "integrator.c"
 
 _PAYS_FROM = 2_500
-"""Steps on CasADi's machine from which compiling pays: it takes as long as some five thousand of them."""
+"""Evaluations on CasADi's machine from which compiling pays, which takes as long as some ten thousand."""
 
 _BLOCK, _PAIR = 64, 2
 """Points at which outputs are computed in one call; CasADi would keep a function for each other number."""
@@ -54,7 +54,7 @@ class Equations:
     columns : number of slots by which derivatives are given: all or none
     linear : CasADi's function of states, slots, parameters, inputs and time in s: the rates, and what is not
         zero of their derivatives by state and by slot, row by row
-    taken : steps on CasADi's machine so far
+    taken : evaluations on CasADi's machine so far
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class Equations:
 
         self.rig, self.slots, self.outputs = rig, tuple(slots), tuple(outputs)
         self.columns = len(self.slots) if derivatives else 0
-        self.taken = 0
+        self.taken, self._pays = 0, False
         joined = _Symbols(rig, self.slots, given)
         rates, observed = joined.rates, ca.vertcat(*(joined.values[name] for name in outputs))
         needed = _needed_states(ca, joined.x, rates, observed)
@@ -111,13 +111,17 @@ class Equations:
             (np.array(each.colind(), np.int64), np.array(each.row(), np.int64)) for each in sparsities
         )
 
-    def library(self) -> ctypes.CDLL | None:
-        """`integrator.c` with these equations if it was compiled before or pays by now; None for CasADi."""
-        return self._before or (self._compiled if self.taken >= _PAYS_FROM else None)
+    def library(self, ahead: int = 0) -> ctypes.CDLL | None:
+        """`integrator.c` with these equations if it was compiled before or pays; None for CasADi.
+
+        So many evaluations lie `ahead`.
+        """
+        self._pays = self._pays or self.taken + ahead >= _PAYS_FROM
+        return self._before or (self._compiled if self._pays else None)
 
     def compile(self) -> None:
         """Take C from the first step on if it compiles here: for many steps that must all come out alike."""
-        self.taken = max(self.taken, _PAYS_FROM)
+        self._pays = True
 
     @cached_property
     def _sources(self) -> dict[str, str]:

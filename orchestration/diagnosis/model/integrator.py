@@ -45,6 +45,11 @@ class Steps:
         return self.time.shape[-1] - 1
 
     @property
+    def evaluations(self) -> int:
+        """How often the rates are asked for, about: twice on each level that acts in a step."""
+        return 2 * int(self.begins[-1] - self.begins[0])
+
+    @property
     def first(self) -> Indices:
         """The level on which each step begins, shape (steps,)."""
         return self.levels[self.begins[:-1]]
@@ -128,9 +133,7 @@ class Integrator:
 
     def __init__(self, equations: Equations, z: Array, p: Array, courses: Courses = NONE) -> None:
         z, p = np.array(z, dtype=float), np.array(p, dtype=float)
-        library = equations.library()
-        kind = _OnCasadi if library is None else partial(_InC, library)
-        self._fill = kind(equations, z, p, courses)
+        self._equations, self._of = equations, (equations, z, p, courses)
 
     def __call__(self, steps: Steps, begun: Array) -> tuple[Array, Array, Array]:
         """Step on from states at each start, shape (..., n, 1 + values), the sensitivities beside each state.
@@ -145,7 +148,9 @@ class Integrator:
         states = np.empty((*steps.time.shape, *table))
         left, right = np.empty((2, len(steps.begins) - 1, *table))
         states[..., 0, :, :] = begun
-        self._fill(steps, states.reshape(-1, *table), left, right)
+        library = self._equations.library(steps.evaluations)
+        kind = _OnCasadi if library is None else partial(_InC, library)
+        kind(*self._of)(steps, states.reshape(-1, *table), left, right)
         return states, left, right
 
 
@@ -169,7 +174,7 @@ class _OnCasadi:
 
     @np.errstate(over="ignore", invalid="ignore")  # whoever asks refuses what is not finite
     def __call__(self, steps: Steps, states: Array, left: Array, right: Array) -> None:
-        self._equations.taken += len(left)
+        self._equations.taken += steps.evaluations
         time = steps.time.ravel().tolist()
         for k, (first, last) in enumerate(pairwise(steps.begins.tolist())):
             at = k + k // steps.together

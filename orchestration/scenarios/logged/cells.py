@@ -125,7 +125,10 @@ def as_input(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column,
 def said_of_empty(sheet: Sheet, place: Place) -> list[str]:
     """Say what an input's empty cells are taken for; nothing for a pad's temperature, which is off there."""
     cells: Any = sheet.cells[place.column]
-    empty = int(np.count_nonzero(cells.isna() | (cells.astype(str).str.strip() == "")))
+    blank = cells.isna()
+    if cells.dtype.kind not in "iufb":  # else nothing is blank that is not absent
+        blank |= cells.astype(str).str.strip() == ""
+    empty = int(np.count_nonzero(blank))
     if not empty or place.variable.endswith("pad_temperature"):
         return []
     taken = "the value before; where it was off, write 0"

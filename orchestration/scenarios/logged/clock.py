@@ -38,7 +38,7 @@ def times(sheet: Sheet, place: Place, date: Place | None = None) -> tuple[Array,
     if cells.empty:
         raise InputError(f"{sheet.name}: there are no rows under the header; give what was measured")
     kind = cells.dtype.kind
-    written = cells.dropna().astype(str).str.strip().head(200)
+    written = cells.dropna().head(200).astype(str).str.strip()
     if kind not in "mMiufb" and (unit := _unit_in(written.tolist())):
         sheet, place = _without_unit(sheet, place, unit)
         written = written.str.removesuffix(unit).str.strip()

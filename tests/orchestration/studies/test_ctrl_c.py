@@ -49,10 +49,22 @@ def test_it_ends_a_study_where_python_drops_what_is_raised(tmp_path: Path) -> No
 def test_a_run_on_fmus_in_this_process_is_interrupted_and_not_stopped(folder: Path, fmus: FmuSet) -> None:
     """Else a study that tried its joined systems went on without them."""
     long = replace(short(folder), stop_time=900_000.0, step_size=1.0)
-    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
-    timer.start()
+    over = threading.Event()
+    rows = under_way.here.cells
+    rows[under_way.ROWS] = 0
+
+    def press() -> None:
+        # Not after some time: a loaded machine may not have begun then, and what begins may drop Ctrl-C.
+        while not rows[under_way.ROWS] and not over.wait(0.01):
+            pass
+        if not over.is_set():
+            os.kill(os.getpid(), signal.SIGINT)
+
+    finger = threading.Thread(target=press)
+    finger.start()
     try:
         with pytest.raises(KeyboardInterrupt):
             attempt(long, fmus)
     finally:
-        timer.join()
+        over.set()
+        finger.join()
