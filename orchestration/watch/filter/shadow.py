@@ -230,7 +230,7 @@ class Shadow:
         if count == 1:
             return np.zeros(self.plant)
         shares = steps.shares.copy()
-        shares[:: count] -= 1.0 / steps.time[-1]
+        shares[::count] -= 1.0 / steps.time[-1]
         shares[count - 1 :: count] += 1.0 / steps.time[-1]
         moved = Integrator(self.machine.equations, z, self._p)(
             replace(steps, shares=shares), self.x[:, None].copy()
