@@ -41,6 +41,9 @@ _LEAST, _FIRST = 0.01, 0.3
 _SIGNALS = {"room": 0.1, "heat": 1.0}
 """Sizes in K and W from which the search starts."""
 
+_SWITCHING = 0.05
+"""Share of a tick by which moments of switching are not known, from which the search starts."""
+
 _STIRRED = 0.5
 """Share by which wander and misfit are stronger in unusual work, from which the search starts."""
 
@@ -115,7 +118,7 @@ def learn(machine: WatchedMachine, ticks: Sequence[Tick], progress: Progress = u
         if strides:
             noise = likeliest(passed[:_MOST_TICKS], noise, memories, strides, _LEAST * unit)
             # A day holds too few beginnings to tell how much the model errs there.
-            noise = likeliest(passed, noise, (), strides[-1:], _LEAST * unit, ("stirred",))
+            noise = likeliest(passed, noise, (), strides[-1:], _LEAST * unit, ("switching", "stirred"))
         known = _Fit(machine, noise, known, passed).best()
     progress("judging the sound part", len(_STRIDES) / (len(_STRIDES) + 1))
     fit = _Fit(machine, noise, known, _pass(machine, noise, known, ticks))
@@ -172,7 +175,8 @@ def _first(machine: WatchedMachine, ticks: Sequence[Tick]) -> ShadowNoise:
     steady = np.maximum(rough, _LEAST * unit) / 2
     signals = np.array([_SIGNALS[each] for each in machine.signals])
     usual = Drives(machine.rig, machine.inputs, machine.tick).usual(ticks)
-    return ShadowNoise(white, steady, signals, _FIRST * unit, np.full((2, len(LAGS)), _STIRRED), usual)
+    switching, stirred = np.array([_SWITCHING * machine.tick]), np.full((2, len(LAGS)), _STIRRED)
+    return ShadowNoise(white, steady, signals, switching, _FIRST * unit, stirred, usual)
 
 
 class _Fit:

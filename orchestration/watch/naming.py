@@ -52,6 +52,9 @@ _EXPLAINED = 0.5
 _LEANS = 0.5
 """Share of the largest level from which the test for a cause says so too."""
 
+_CLEARLY = 2.0
+"""Times the evidence of the best cause whose test says so, from which one is believed without its test."""
+
 _TOGETHER = 600.0
 """s within which a cause whose test does not say so must begin with the best, to stand beside it."""
 
@@ -101,24 +104,36 @@ class Naming:
 
     Attributes
     ----------
-    ranked : explanations, best first, behind those whose test leans the others
+    ranked : explanations, best first, behind those that are believed the others
+    believed : whose test leans, or whose evidence is clearly more than of any whose test does
     excess : chi-square of all leanings beyond what they have by chance, over the time of the best one
     """
 
     ranked: Sequence[Explanation]
+    believed: frozenset[str]
     excess: float
+
+    @classmethod
+    def of(cls, found: Mapping[str, tuple[Explanation, float]]) -> Naming:
+        """Of explanations by name, each with the chi-square of all leanings over its time."""
+        each = [explanation for explanation, _ in found.values()]
+        clear = _CLEARLY * max((e.evidence for e in each if e.is_leaning), default=np.inf)
+        believed = frozenset(e.name for e in each if e.is_leaning or e.evidence >= clear)
+        ranked = sorted(each, key=lambda e: (e.name not in believed, -e.evidence))
+        return cls(ranked, believed, found[ranked[0].name][1] if ranked else 0.0)
 
     @property
     def set(self) -> tuple[Explanation, ...]:
         """Explanations that the readings do not tell apart; empty if the cause is unknown."""
-        if not (self.ranked and self.ranked[0].is_leaning):
+        if not self.believed:
             return ()
         best = self.ranked[0].evidence
         least = best - max(_ALIKE, _SHARE * best)
         near = tuple(
             e
             for e in self.ranked
-            if e.evidence >= least and (e.is_leaning or abs(e.since - self.ranked[0].since) <= _TOGETHER)
+            if e.evidence >= least
+            and (e.name in self.believed or abs(e.since - self.ranked[0].since) <= _TOGETHER)
         )
         known = best >= _EXPLAINED * self.excess and len(near) <= _MOST
         return near if known else ()
@@ -130,7 +145,7 @@ class Naming:
 
 
 class _Seen(NamedTuple):
-    """A tick as naming needs it: the filter's gain, and rows that whiten."""
+    """A tick as naming needs it: the filter's gain, rows that whiten, and the readings that were expected."""
 
     seen: Array
     onward: Array
@@ -140,6 +155,7 @@ class _Seen(NamedTuple):
     there: NDArray[np.intp]
     whiten: Array
     white: Array
+    expected: Array
     end: float
 
 
@@ -159,7 +175,9 @@ def named(
     shadow.clipped = np.inf  # what is named is a fault by now, whose course tells which
     hypotheses = shadow.machine.hypotheses
     drifting = np.array([each.verdict == THERMOMETER for each in hypotheses])
-    seen = [_seen(shadow, tick) for tick in ticks]
+    seen = list[_Seen]()
+    for tick in ticks:
+        seen.append(_seen(shadow, tick, seen[-1].expected if seen else None))
     found: dict[str, tuple[Explanation, float]] = {}
     excess_by_tick = scatter.excess
 
@@ -188,8 +206,7 @@ def named(
     for begin in begins:
         age = round((seen[-1].end - begin) / shadow.machine.tick)
         tried(each for each in range(age - _FINER, age + _FINER + 1) if each not in _AGES)
-    ranked = sorted(found.values(), key=lambda pair: (not pair[0].is_leaning, -pair[0].evidence))
-    return Naming([each for each, _ in ranked], ranked[0][1] if ranked else 0.0)
+    return Naming.of(found)
 
 
 def _columns(hypotheses: Sequence[Hypothesis], drifting: Array) -> list[tuple[Hypothesis, bool]]:
@@ -198,12 +215,12 @@ def _columns(hypotheses: Sequence[Hypothesis], drifting: Array) -> list[tuple[Hy
     ]
 
 
-def _seen(shadow: Shadow, tick: Tick) -> _Seen:
+def _seen(shadow: Shadow, tick: Tick, before: Array | None) -> _Seen:
     """Step the filter, and keep what a direction needs to go along."""
     if tick.anew or not shadow.x.size:
         shadow.begin(tick)
     P = shadow.P
-    _, linear = shadow.step(tick._replace(anew=False))
+    step, linear = shadow.step(tick._replace(anew=False))
     said, _, gain = corrected(
         linear.error,
         linear.seen,
@@ -213,8 +230,13 @@ def _seen(shadow: Shadow, tick: Tick) -> _Seen:
         shadow.clipped,
     )
     there = np.flatnonzero(np.isfinite(linear.error))
-    parts = linear.seen, linear.onward, linear.pushed, linear.direct
-    return _Seen(*parts, gain, there, said.rows[:, 1:][:, there], said.rows[:, 0], tick.end)
+    late, direct = np.array([each.late for each in shadow.machine.hypotheses]).T, linear.direct
+    if before is not None:
+        # What comes late by part of a tick is off by what this tick and the one before it rise by.
+        risen = late * (step.expected - before)[:, None] / linear.lasting
+        direct = np.where(late > 0, (direct - risen) / 2, direct)
+    parts = linear.seen, linear.onward, linear.pushed, direct
+    return _Seen(*parts, gain, there, said.rows[:, 1:][:, there], said.rows[:, 0], step.expected, tick.end)
 
 
 def _rows(seen: Sequence[_Seen], drifting: Array, began: float) -> list[Array]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import base64
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,10 +20,28 @@ from warmlink.orchestration.watch.filter.noise import ShadowNoise
 from warmlink.orchestration.watch.filter.shadow import Shadow
 from warmlink.orchestration.watch.learning import SoundPart
 from warmlink.orchestration.watch.sequential import Limits, Sequential
+from warmlink.orchestration.watch.sources.protocol import FilePlace
 from warmlink.orchestration.watch.ticks import Gatherer, Tick
 from warmlink.orchestration.watch.watcher import SHADOW_KEPT, Moment, Standing, Watcher, twin_of
 
 _KINDS = {each.__name__: each for each in (Tick, ShadowNoise, Scatter, SoundPart, Limits, Standing, Moment)}
+
+
+class Beside(NamedTuple):
+    """What a watch keeps in its state beside filter and test.
+
+    Attributes
+    ----------
+    events : that were told, as JSON
+    rows : that were read
+    doubtful : cells and times of them that held no credible number
+    place : in the file that they came from; None if their source cannot go back
+    """
+
+    events: list[dict[str, Any]]
+    rows: int
+    doubtful: int
+    place: FilePlace | None
 
 
 def encoded(value: Any) -> Any:
@@ -94,10 +113,8 @@ def saved(
         scratch.write_bytes(stamped(facts))
 
 
-def restored(
-    path: Path, asked: Mapping[str, Any], watcher: Watcher, gatherer: Gatherer
-) -> dict[str, Any] | None:
-    """Let a watcher go on from a state; None if there is none.
+def restored(path: Path, asked: Mapping[str, Any], watcher: Watcher, gatherer: Gatherer) -> bool:
+    """Let a watcher go on from a state; False if there is none.
 
     Raises
     ------
@@ -105,27 +122,59 @@ def restored(
         The file is damaged, of another version, or the state of a watch that was asked for something else.
     """
     if not path.is_file():
-        return None
-    facts = unstamped(path.read_bytes())
-    remedy = f"remove it to learn anew, or choose another {argument('out')}"
-    if facts is None:
-        raise InputError(f"{path}: is damaged; {remedy}")
-    if facts["asked"] != dict(asked):
-        differ = ", ".join(n for n in asked if facts["asked"].get(n) != asked[n])
+        return False
+    facts = _facts(path)
+    with _of_this_version(path):
+        before = dict(facts["asked"])
+    if before != dict(asked):
+        differ = ", ".join(n for n in asked if before.get(n) != asked[n])
         raise InputError(
             f"{path}: holds the state of a watch with another {differ}; choose another {argument('out')}, "
             "or remove the file to learn anew"
         )
-    try:
+    with _of_this_version(path):
         _take_up(facts, watcher, gatherer)
-    except (LookupError, TypeError, ValueError, AttributeError):
-        # The checksum says that it is as it was written, so by a version that kept something else.
-        raise InputError(f"{path}: holds the state of another version of warmlink; {remedy}") from None
+    return True
+
+
+def beside(path: Path) -> Beside | None:
+    """What a watch kept beside filter and test; None if there is no state; InputError as by `restored`."""
+    if not path.is_file():
+        return None
+    facts = _facts(path)
+    with _of_this_version(path):
+        kept = Beside(**{name: facts[name] for name in Beside._fields})
+        place = None if kept.place is None else FilePlace(*kept.place)
+        counts = kept.rows, kept.doubtful, *(place or ())
+        right = all(type(each["alarm"]) is bool and type(each["told"]) is str for each in kept.events)
+        if type(kept.events) is not list or not right or any(type(each) is not int for each in counts):
+            raise TypeError
+        return kept._replace(place=place)
+
+
+def _facts(path: Path) -> dict[str, Any]:
+    facts = unstamped(path.read_bytes())
+    if facts is None:
+        raise InputError(f"{path}: is damaged; {_remedy()}")
     return facts
 
 
+@contextmanager
+def _of_this_version(path: Path) -> Iterator[None]:
+    """Say so where a state has other fields or shapes, of which all kinds of errors come."""
+    try:
+        yield
+    except (LookupError, TypeError, ValueError, AttributeError):
+        # The checksum says that it is as it was written, so by a version that kept something else.
+        raise InputError(f"{path}: holds the state of another version of warmlink; {_remedy()}") from None
+
+
+def _remedy() -> str:
+    return f"remove it to learn anew, or choose another {argument('out')}"
+
+
 def _take_up(facts: Mapping[str, Any], watcher: Watcher, gatherer: Gatherer) -> None:
-    """Go on from a state; it raises all kinds of errors if that has other fields or shapes."""
+    """Go on from a state."""
     gatherer.restore(facts["gatherer"])
     for name, value in decoded(facts["watcher"]).items():
         kept = getattr(watcher, name)

@@ -20,7 +20,7 @@ from warmlink.orchestration.watch.law import WatchedLaw, law_error
 from warmlink.orchestration.watch.offers import Design, write_offer
 from warmlink.orchestration.watch.sources.protocol import FilePlace, Source
 from warmlink.orchestration.watch.sources.rows import Cells, RowReader
-from warmlink.orchestration.watch.state import restored, saved
+from warmlink.orchestration.watch.state import Beside, beside, restored, saved
 from warmlink.orchestration.watch.ticks import TICK, Gatherer, Tick
 from warmlink.orchestration.watch.watcher import Watcher
 
@@ -127,20 +127,17 @@ class Watching:
     @staticmethod
     def begin_of(folder: Path) -> FilePlace | None:
         """Where an earlier run ended in its file, by the state in a folder; None without one."""
-        from warmlink.orchestration.files import unstamped
-
-        path = folder / STATE
-        facts = unstamped(path.read_bytes()) if path.is_file() else None
-        place = facts.get("place") if facts else None
-        return None if place is None else FilePlace(*place)
+        kept = beside(folder / STATE)
+        return None if kept is None else kept.place
 
     def restore(self) -> bool:
         """Go on from the state in the folder; False if there is none; InputError as by `state.restored`."""
-        facts = restored(self.folder / STATE, self.asked.facts(self.source), self.watcher, self.gatherer)
-        if facts is None:
+        path = self.folder / STATE
+        kept = beside(path)
+        if kept is None:
             return False
-        self.events, self.rows, self.reader.doubtful = facts["events"], facts["rows"], facts["doubtful"]
-        return True
+        self.events, self.rows, self.reader.doubtful, _ = kept
+        return restored(path, self.asked.facts(self.source), self.watcher, self.gatherer)
 
     def run(self) -> Iterator[dict[str, Any]]:
         """Events as they come; it ends where the source does, or does not end.
@@ -273,8 +270,7 @@ class Watching:
 
     def write(self) -> None:
         """Write state, events and page, each whole or as it was."""
-        more = {"events": self.events, "rows": self.rows, "doubtful": self.reader.doubtful}
-        more["place"] = self.source.place()
+        more = Beside(self.events, self.rows, self.reader.doubtful, self.source.place())._asdict()
         path = self.folder / STATE
         saved(path, self.asked.facts(self.source), self.watcher, self.gatherer, more)
         if self._journal is not None:

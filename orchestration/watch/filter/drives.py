@@ -16,7 +16,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.watch.ticks import Tick
 
-LAGS = (3.0, 10.0, 60.0, 240.0)
+LAGS = (1.0, 3.0, 10.0, 60.0, 240.0)
 """Time constants in ticks."""
 
 _NONE = 1e-9

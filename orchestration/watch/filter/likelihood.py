@@ -12,7 +12,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.watch.filter.noise import ShadowNoise
 from warmlink.orchestration.watch.filter.shadow import CLIPPED, LinearTick
 
-SIZES = ("misfit", "steady", "wander", "stirred")
+SIZES = ("misfit", "steady", "wander", "switching", "stirred")
 """What is tried larger and smaller."""
 
 _ROUNDS = 2
@@ -44,8 +44,7 @@ def filtered(
     apart, P, directions, rows = np.zeros((len(noises), n)), at_start, np.zeros((n, 0)), list[Array]()
     single, steady = (np.array([getattr(e, name) for e in noises]) ** 2 for name in ("white", "steady"))
     held = dict[float, tuple[Array, Array]]()
-    kinds = np.repeat([0, 1], [noises[0].wander.size, noises[0].misfit.size])
-    stirs = np.array([each.stirred**2 for each in noises])[:, kinds]
+    stirs = np.array([each.stirs**2 for each in noises])
     count = 0 if driven is None else driven.shape[1] * passed[0].error.size
     for k, tick in enumerate(passed):
         if tick.anew:

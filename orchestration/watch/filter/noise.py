@@ -27,6 +27,7 @@ class ShadowNoise:
     white : of one reading by itself, beside `steady`, shape (outputs,)
     steady : of a tick's mean that more readings do not make smaller, shape (outputs,)
     wander, wander_memory : of the room and of heat, shape (signals,)
+    switching : s by which the moment is not known at which what drives the machine changes, shape (1,)
     misfit, misfit_memory : by which the model is off at each reading, shape (outputs,)
     stirred : by how much wander and misfit are stronger while work differs from what it was of late, by lag
         of it, in their own sizes, shape (2, lags)
@@ -36,6 +37,7 @@ class ShadowNoise:
     white: Array
     steady: Array
     wander: Array
+    switching: Array
     misfit: Array
     stirred: Array
     usual: Array
@@ -48,18 +50,24 @@ class ShadowNoise:
 
     @property
     def slow(self) -> Array:
-        """Standard deviations of the slow processes, shape (signals + outputs,)."""
-        return np.append(self.wander, self.misfit)
+        """Standard deviations of what is beside the plant's states, shape (signals + 1 + outputs,)."""
+        return np.concatenate([self.wander, self.switching, self.misfit])
+
+    @property
+    def stirs(self) -> Array:
+        """Factors of `stirred` for each of these, shape (signals + 1 + outputs, lags)."""
+        wander, misfit = self.stirred
+        each = wander, np.zeros_like(wander), misfit
+        return np.repeat(each, [self.wander.size, self.switching.size, self.misfit.size], axis=0)
 
     def kept(self, lasting: float) -> Array:
-        """What is left of each slow process after a time in s, shape (signals + outputs,)."""
-        times = np.repeat([self.wander_memory, self.misfit_memory], [self.wander.size, self.misfit.size])
-        return np.exp(-lasting / times)
+        """What is left of each after a time in s, shape (signals + 1 + outputs,); of a switch nothing."""
+        wander, misfit = np.exp(-lasting / np.array([self.wander_memory, self.misfit_memory]))
+        return np.repeat([wander, 0.0, misfit], [self.wander.size, self.switching.size, self.misfit.size])
 
     def process(self, plant: int, lasting: float, stirred: Array) -> Array:
-        """Variances that a tick adds to so many states of the plant and to the slow processes, shape (n,)."""
-        stronger = np.repeat(1 + self.stirred**2 @ stirred, [self.wander.size, self.misfit.size])
-        slow = self.slow**2 * stronger * (1 - self.kept(lasting) ** 2)
+        """Variances that a tick adds to so many states of the plant and to the slow ones, shape (n,)."""
+        slow = self.slow**2 * (1 + self.stirs**2 @ stirred) * (1 - self.kept(lasting) ** 2)
         return np.append(np.full(plant, _ROUGH**2 * lasting / _MINUTE), slow)
 
     def at_start(self, plant: int) -> Array:

@@ -3,7 +3,8 @@
 Its states are the plant's, what nobody logged of the room and of heat, and by how much the model is off at
 each reading; the latter two follow Ornstein-Uhlenbeck processes whose sizes were learnt from the sound part.
 They are stronger while work is not what it was of late, as when a cold machine begins: there a model errs
-most.
+most. And rows do not say when between them work began or ended: in a tick in which it did, that moment is a
+state too, of a size that was learnt.
 A reading is a mean over a tick, between the outputs at its ends. So each tick first corrects the state at
 its start, with what the readings within it say, and then goes on to its end.
 
@@ -15,6 +16,7 @@ Automatic Control 21, 1976).
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -95,7 +97,7 @@ class Shadow:
     Attributes
     ----------
     x : states of the plant, shape (plant,)
-    rest : wandering signals and misfits, shape (signals + outputs,)
+    rest : wandering signals, by how much a switch came early or late, misfits, shape (signals + 1 + outputs,)
     P : covariance of both, shape (n, n)
     directions : what each hypothesis has changed, shape (n, hypotheses)
     lags : of what drives the machine, shape (lags,)
@@ -109,7 +111,7 @@ class Shadow:
         self.weights, self._drives = weights, Drives(machine.rig, machine.inputs, machine.tick)
         self.clipped = CLIPPED
         self.plant, self.signals = len(machine.equations.states), machine.wander.shape[1]
-        self.outputs, self.size = len(machine.outputs), self.plant + self.signals + len(machine.outputs)
+        self.outputs, self.size = len(machine.outputs), self.plant + self.signals + 1 + len(machine.outputs)
         self._groups = np.column_stack([machine.wander, machine.groups])
         self._reading = np.array([each.reading for each in machine.hypotheses]).T
         self._late = np.array([each.late for each in machine.hypotheses]).T
@@ -135,7 +137,7 @@ class Shadow:
         run = Run("start", np.array([0.0, 1.0]), {}, read)
         p = self.parameters(initial_values(self.machine.rig, run, self.machine.known))
         self.x, _ = self.machine.equations.begin(self.values, p, tick.levels[-1])
-        self.rest = np.zeros(self.signals + self.outputs)
+        self.rest = np.zeros(self.size - self.plant)
         self.P = self.noise.at_start(self.plant)
         self.directions = np.zeros((self.size, len(self.machine.hypotheses)))
         self.lags = self._drives.begin(tick)
@@ -191,25 +193,49 @@ class Shadow:
         states, _, _ = Integrator(equations, z, self._p, self._courses)(steps, begun)
         reached, by_state = states[-1, :, 0], states[-1, :, 1 : n + 1]
         by_group = states[-1, :, n + 1 :] @ self._groups
+        switched = self._switched(steps, z, reached)
         inputs = np.column_stack([tick.levels[0], tick.levels[-1]])
         y, rows, by_slot = equations.observe(
             np.column_stack([self.x, reached]), z, self._p, inputs, np.array([0.0, lasting])
         )
         at = tick.places[:, None]
-        misfit, memory = self.rest[self.signals :], self.noise.kept(lasting)
+        misfit, memory = self.rest[self.signals + 1 :], self.noise.kept(lasting)
         expected = (1 - tick.places) * y[0] + tick.places * y[1] + self.offsets + misfit
         through = at * (rows[1] @ by_group) + by_slot[1] @ self._groups
+        by_switch = at * (rows[1] @ switched)[:, None]
         seen = np.column_stack(
-            [(1 - at) * rows[0] + at * (rows[1] @ by_state), through[:, : self.signals], np.eye(self.outputs)]
+            [
+                (1 - at) * rows[0] + at * (rows[1] @ by_state),
+                through[:, : self.signals],
+                by_switch,
+                np.eye(self.outputs),
+            ]
         )
         onward = np.zeros((self.size, self.size))
         onward[:n, :n], onward[:n, n : n + self.signals] = by_state, by_group[:, : self.signals]
+        onward[:n, n + self.signals] = switched
         onward[np.arange(n, self.size), np.arange(n, self.size)] = memory
         pushed = np.zeros((self.size, self._groups.shape[1] - self.signals))
         pushed[:n] = by_group[:, self.signals :]
         slope = (y[1] - y[0]) / lasting
         direct = through[:, self.signals :] + self._reading - self._late * slope[:, None]
         return expected, seen, onward, pushed, direct, reached
+
+    def _switched(self, steps: Steps, z: Array, reached: Array) -> Array:
+        """What a s more of the highest level of the inputs, and less of the lowest, adds to the states.
+
+        As when work began or ended a s before or after the row that says so.
+        """
+        count = steps.inputs.shape[0]
+        if count == 1:
+            return np.zeros(self.plant)
+        shares = steps.shares.copy()
+        shares[::count] -= 1.0 / steps.time[-1]
+        shares[count - 1 :: count] += 1.0 / steps.time[-1]
+        moved = Integrator(self.machine.equations, z, self._p)(
+            replace(steps, shares=shares), self.x[:, None].copy()
+        )
+        return moved[0][-1, :, 0] - reached
 
 
 class Corrected(NamedTuple):

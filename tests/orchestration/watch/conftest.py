@@ -23,6 +23,8 @@ SOUND, SLIPS, HOURS = 4.0, 4.8, 5.6
 RATE = 1.0
 """False alarms per day for which the tests work out thresholds: rarer ones need more made-up days."""
 
+WORK = [each for _ in range(9) for each in (Demand(2400, 3.2, 2.4), Demand(1200))]
+
 BASE = HEADERS.index("base_temperature [degC]")
 
 
@@ -30,8 +32,7 @@ BASE = HEADERS.index("base_temperature [degC]")
 def table() -> np.ndarray:
     """Rows of a log, sound but for its end."""
     machine, draw = Machine(4), np.random.default_rng(4)
-    work = [each for _ in range(9) for each in (Demand(2400, 3.2, 2.4), Demand(1200))]
-    rows = rows_of(machine.run(work, 4, Room()), draw, 0.0)
+    rows = rows_of(machine.run(WORK, 4, Room()), draw, 0.0)
     rows = rows[rows[:, 0] < 3600 * HOURS][::3]
     rows[rows[:, 0] > 3600 * SLIPS, BASE] += 3.0
     return rows

@@ -13,8 +13,9 @@ from benchmarks.watch import WatchedCell
 from tests.orchestration.watch.conftest import SLIPS
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.files import stamped, unstamped
-from warmlink.orchestration.watch.state import decoded, encoded, restored, saved
+from warmlink.orchestration.watch.state import Beside, beside, decoded, encoded, restored, saved
 from warmlink.orchestration.watch.watcher import Standing
+from warmlink.orchestration.watch.watching import STATE, Watching
 
 pytestmark = pytest.mark.xdist_group("sound cell")  # which one worker makes
 
@@ -60,7 +61,7 @@ def test_a_restart_at_any_moment_tells_the_same(
     told = events_of(first, rows[:until])
     saved(path, {"sound": 1}, first.watcher, first.gatherer, {})
     second = WatchedCell.made(4, first.watcher.sound / 86400, first.watcher.rate)
-    assert restored(path, {"sound": 1}, second.watcher, second.gatherer) is not None
+    assert restored(path, {"sound": 1}, second.watcher, second.gatherer)
     assert [*told, *events_of(second, rows[until:])] == events
 
 
@@ -68,7 +69,7 @@ def test_a_damaged_state_and_one_of_another_watch_are_refused(
     sound_cell: tuple[WatchedCell, np.ndarray], tmp_path: Path
 ) -> None:
     cell, path = sound_cell[0].fork(), tmp_path / "watch.state"
-    assert restored(path, {}, cell.watcher, cell.gatherer) is None
+    assert not restored(path, {}, cell.watcher, cell.gatherer)
     saved(path, {"sound": 1}, cell.watcher, cell.gatherer, {})
     with pytest.raises(InputError, match="another sound"):
         restored(path, {"sound": 2}, cell.watcher, cell.gatherer)
@@ -97,6 +98,29 @@ def test_a_state_of_another_version_is_refused_in_a_sentence(
     path.write_bytes(stamped(facts))
     with pytest.raises(InputError, match="another version of warmlink; remove it to learn anew"):
         restored(path, {}, cell.watcher, cell.gatherer)
+
+
+@pytest.mark.parametrize(
+    ("kept", "other"),
+    [
+        *(
+            ("events", each)
+            for each in (None, {}, 3, ["told"], [{"alarm": False}], [{"alarm": 1, "told": ""}])
+        ),
+        *(("rows", each) for each in (None, "7", [7], 7.5)),
+        *(("doubtful", each) for each in (None, {})),
+        *(("place", each) for each in (7, "12", [7], ["7", 7], [7, 7, 7])),
+    ],
+)
+def test_what_a_state_keeps_beside_filter_and_test_is_of_the_right_kind_or_refused(
+    kept: str, other: Any, sound_cell: tuple[WatchedCell, np.ndarray], tmp_path: Path
+) -> None:
+    cell, path, right = sound_cell[0], tmp_path / STATE, Beside([{"alarm": False, "told": "so"}], 7, 0, None)
+    saved(path, {}, cell.watcher, cell.gatherer, right._asdict())
+    assert beside(path) == right
+    saved(path, {}, cell.watcher, cell.gatherer, {**right._asdict(), kept: other})
+    with pytest.raises(InputError, match="another version of warmlink; remove it to learn anew"):
+        Watching.begin_of(tmp_path)
 
 
 def test_the_memory_of_a_watch_is_bounded(

@@ -12,9 +12,9 @@ from warmlink.orchestration.watch.filter.noise import ShadowNoise
 from warmlink.orchestration.watch.filter.shadow import LinearTick
 
 PLANT, WANDERS, OUTPUTS = 2, 1, 2
-N = PLANT + WANDERS + OUTPUTS
+N = PLANT + WANDERS + 1 + OUTPUTS
 NOISE = ShadowNoise(
-    *(np.array([0.2, 0.3]), np.array([0.1, 0.05]), np.array([0.4]), np.array([0.2, 0.1])),
+    *(np.array([0.2, 0.3]), np.array([0.1, 0.05]), np.array([0.4]), np.array([2.0]), np.array([0.2, 0.1])),
     np.array([[0.5, 0.0], [2.0, 1.0]]),
     np.ones(3),
 )
@@ -120,4 +120,4 @@ def test_a_model_that_errs_where_work_is_unusual_is_trusted_less_there_alone() -
     assert np.array_equal(found[1].misfit, NOISE.misfit)
     usual, unusual = (found[1].process(PLANT, 60.0, np.array([each])) for each in (0.0, 1.0))
     assert np.array_equal(usual, NOISE.process(PLANT, 60.0, np.zeros(2)))
-    assert np.all(unusual[PLANT + WANDERS :] > 10 * usual[PLANT + WANDERS :])
+    assert np.all(unusual[-OUTPUTS:] > 10 * usual[-OUTPUTS:])
