@@ -1,10 +1,10 @@
 """The sequential test: sums that forget, one for each thing that may be wrong, against thresholds.
 
-Each sum collects how far the innovations lean one way, over some ten minutes, an hour and six hours: a score
+Each sum collects how far the innovations lean one way, over some ten ticks and up to a day of them: a score
 test with windows that fade (M. Basseville and I. V. Nikiforov, Detection of Abrupt Changes, Prentice-Hall
-1993). Its thresholds come from the sound part alone: blocks of it are drawn anew into many made-up days, as
-many as it takes to see the rate that is aimed at, a small share of the stated one. What a short sound part
-does not tell counts against an alarm: every made-up machine has weights of the blocks and a size of the noise
+1993). Its thresholds come from the sound part alone: blocks of it, and single ticks, are drawn anew into many
+made-up days, so many, within bounds, as show the rate that is aimed at, a small share of the stated one. What
+a short sound part does not tell counts against an alarm: every made-up machine has weights of the blocks and a size of the noise
 of its own (D. B. Rubin, "The Bayesian bootstrap", Annals of Statistics 9, 1981).
 
 A sum that passes its threshold is set back to it, so that how loud a fault was does not make its alarm last
@@ -44,7 +44,7 @@ _MACHINES, _TICKS = 192, (864_000, 6_480_000)
 """Made-up machines, and ticks that are made up, at least and at most, of all of them together."""
 
 _SEEN, _FEWEST_SEEN = 20, 5
-"""Alarms that are seen at the stated rate in the made-up days, and so few that the rate is extrapolated."""
+"""Alarms that are seen at the rate aimed at in the made-up days, and so few that it is extrapolated."""
 
 _AIMED = 0.035
 """Share of the stated rate that is aimed at: of ten machines that are watched as long as the rate says for
@@ -86,7 +86,7 @@ class Limits:
     Attributes
     ----------
     memories : in ticks, of the sums that are judged
-    sizes : that each sum by itself passes at the stated rate, shape (memories, things)
+    sizes : that each sum by itself passes at the rate aimed at, shape (memories, things)
     threshold : multiple of them from which there is an alarm
     rate : of false alarms for which it was worked out, in 1/day
     blocks : of the sound part
@@ -142,7 +142,7 @@ def worked_out(lean: Array, weight: Array, rate: float, day: float, seed: int = 
     ]
     made_up = len(both[0]) * APART
     expected = aimed * made_up
-    rank = max(int(expected), _FEWEST_SEEN) - 1
+    rank = min(max(int(expected), _FEWEST_SEEN), min(map(len, both))) - 1
     sizes = np.maximum(np.max([-np.sort(-each, axis=0)[rank] for each in both], axis=0), _LEAST_SIZE)
     threshold = max(_level(np.max(each / sizes, axis=(1, 2)), expected) for each in both)
     return Limits(memories, sizes, threshold, rate, blocks, made_up / day, expected < _FEWEST_SEEN)
@@ -212,8 +212,9 @@ class Sequential:
         self.level = np.zeros(self.things)
 
     def begin(self) -> None:
-        """Begin anew, as after a gap."""
+        """Wait until the filter has settled again, as after a gap; sums go on from where they were."""
         self.settled = 0
+        self.level = np.zeros(self.things)
 
     def add(self, lean: Array, weight: Array) -> Array:
         """Take a tick; give each thing's largest sum as a share of its threshold, shape (things,).

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -307,6 +308,6 @@ def rate_of(text: str, where: str) -> float:
         seconds = quantity(unit if unit[:1].isdigit() else f"1 {unit}", "s", where)
     except ValueError:
         raise InputError(f"{where} {text!r}: is no rate of false alarms; {remedy}") from None
-    if not per or not (number > 0 and seconds > 0):
+    if not per or not (0 < number < math.inf and seconds > 0):
         raise InputError(f"{where} {text!r}: is no rate of false alarms above 0; {remedy}")
     return number / seconds * 86400.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from warmlink.orchestration.watch.sequential import Limits, Sequential, worked_out
+from warmlink.orchestration.watch.sequential import SETTLED, Limits, Sequential, worked_out
 
 THINGS, DAY = 6, 1440
 
@@ -82,3 +82,20 @@ def test_the_same_sound_part_gives_the_same_thresholds() -> None:
     one, other = (worked_out(noise(500, 1), np.ones((500, THINGS)), 1 / 30, DAY) for _ in range(2))
     assert one.threshold == other.threshold
     assert np.array_equal(one.sizes, other.sizes)
+
+
+def test_a_gap_ends_what_the_test_says_until_the_filter_has_settled() -> None:
+    """What was mended during the gap stood for half an hour after it."""
+    limits = worked_out(noise(2000, 1), np.ones((2000, THINGS)), rate=1 / 30, day=DAY)
+    test = Sequential(limits, THINGS)
+    for row in noise(200, 3) + 3.0:
+        test.add(row, np.ones(THINGS))
+    assert test.level.max() >= 1
+    test.begin()
+    assert [test.add(np.zeros(THINGS), np.ones(THINGS)).max() for _ in range(SETTLED)] == [0.0] * SETTLED
+
+
+def test_more_alarms_than_a_stretch_has_ticks_are_no_fault() -> None:
+    limits = worked_out(noise(500, 1), np.ones((500, THINGS)), rate=500.0, day=DAY)
+    assert np.isfinite(limits.threshold)
+    assert limits.threshold > 0
