@@ -2,10 +2,11 @@
 
 Each sum collects how far the innovations lean one way, over some ten ticks and up to a day of them: a score
 test with windows that fade (M. Basseville and I. V. Nikiforov, Detection of Abrupt Changes, Prentice-Hall
-1993). Its thresholds come from the sound part alone: blocks of it, and single ticks, are drawn anew into many
-made-up days, so many, within bounds, as show the rate that is aimed at, a small share of the stated one. What
-a short sound part does not tell counts against an alarm: every made-up machine has weights of the blocks and a size of the noise
-of its own (D. B. Rubin, "The Bayesian bootstrap", Annals of Statistics 9, 1981).
+1993). Its thresholds come from the sound part alone: blocks of it, and single ticks, are drawn anew into
+many made-up days, so many, within bounds, as show the rate that is aimed at, a small share of the stated
+one. What a short sound part does not tell counts against an alarm: every made-up machine has weights of the
+blocks and a size of the noise of its own (D. B. Rubin, "The Bayesian bootstrap", Annals of Statistics 9,
+1981).
 
 A sum that passes its threshold is set back to it, so that how loud a fault was does not make its alarm last
 (as the upper boundary of A. Gandy and F. D.-H. Lau, "Non-restarting cumulative sum charts and control of the
