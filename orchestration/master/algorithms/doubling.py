@@ -133,9 +133,11 @@ class DoublingStepper(PartsStepper):
             coarse, end = end, self._values()
             rates = (end - coarse) / step_size
             error = self._share(rates) / (2**self._order - 1)
-            worst, _ = self._places[int(np.argmax(np.nan_to_num(np.abs(rates) / self._allowed)))]
+            worst = int(np.argmax(np.nan_to_num(np.abs(rates) / self._allowed))) if rates.size else None
             sudden = jumped()
-            self.in_the_way = sudden or self.network.slaves[worst].name
+            self.in_the_way = sudden or (
+                "" if worst is None else self.network.slaves[self._places[worst][0]].name
+            )
             if last and error > 1.0 and _leapt(courses):
                 sudden = self.in_the_way
             self._trusted, self._compared = 0, (step_size, error, bend / (self._before[0] + step_size))

@@ -30,6 +30,9 @@ Sweep = Callable[[Array], Array]
 _REMEMBERED = 3
 """Past communication points, enough for a parabola."""
 
+FARTHEST = 1e8
+"""Multiple of its nominal value, or of where it began, beyond which a value has run away."""
+
 DIFFERENCE = 1e-6  # of the nominal value
 
 
@@ -87,7 +90,7 @@ class FixedPoint(Iterated):
         previous: tuple[Array, Array] | None = None
         for _ in range(self.most):
             residual = sweep(x) - x
-            if not np.all(np.isfinite(residual)):
+            if not np.all(np.isfinite(residual)) or _ran_away(x, guess, scale):
                 return False, None
             size = np.maximum(scale, np.abs(x))
             if np.all(np.abs(residual) <= self.tolerance * size):
@@ -122,7 +125,7 @@ class InterfaceNewton(Iterated):
         x, jacobian, last = guess, kept, np.inf
         for _ in range(self.most):
             residual = sweep(x) - x
-            if not np.all(np.isfinite(residual)):
+            if not np.all(np.isfinite(residual)) or _ran_away(x, guess, scale):
                 return False, jacobian
             size = np.maximum(scale, np.abs(x))
             error = float(np.max(np.abs(residual) / size))
@@ -131,8 +134,19 @@ class InterfaceNewton(Iterated):
             if jacobian is None or error > 0.1 * last:
                 jacobian = _differences(sweep, x, residual, size)
             last = error
-            x = x - np.linalg.solve(jacobian, residual)
+            try:
+                x = x - np.linalg.solve(jacobian, residual)
+            except np.linalg.LinAlgError:  # nothing that the inputs are changed to changes what is left
+                return False, None
         return False, jacobian
+
+
+def _ran_away(x: Array, guess: Array, scale: Array) -> bool:
+    """Whether values are so far from where they began that any difference is small beside them.
+
+    They go there where there is no solution.
+    """
+    return bool(np.any(np.abs(x) > FARTHEST * np.maximum(scale, np.abs(guess))))
 
 
 def _differences(sweep: Sweep, x: Array, residual: Array, size: Array) -> Array:
