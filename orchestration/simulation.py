@@ -12,6 +12,7 @@ from typing import Any
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import several
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
@@ -77,6 +78,8 @@ def simulate(
     """
     chosen = algorithm(master)
     with temporary_folder() as work:
+        if isinstance(system, System) and variant is not None:
+            raise InputError(f"{argument('variant', variant)}: the system has been read; leave it out")
         read = system if isinstance(system, System) else read_system(Path(system), work, variant)
         read = with_parameters(read, parameters)
         for told in read.remarks:
@@ -84,7 +87,7 @@ def simulate(
         times = experiment_of(read, stop, step)
         for told in remarks_on_steps(read, *times, stop):
             remark(told)
-        names = None if record is None else [full_name(read, name) for name in record]
+        names = None if record is None else [full_name(read, name) for name in several(record)]
         how: dict[str, Any] = {"start_time": read.default_experiment.start_time, "record": names}
         how["fmu_tolerance"] = relative_tolerance(fmu_tolerance)
         with progress_bar(read.name) as progress:

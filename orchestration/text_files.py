@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import tomllib
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
@@ -134,6 +135,8 @@ def shown(value: object) -> str:
         return str(value).lower()
     if isinstance(value, str):
         return repr(shortened(value))
+    if isinstance(value, Real) and not isinstance(value, int):  # of NumPy too, whose repr names its type
+        value = int(value) if isinstance(value, Integral) else float(value)
     if isinstance(value, float) or (isinstance(value, int) and abs(value) < 2**63):
         return repr(value)
     names = {int: "a number beyond 64 bits", list: "a list", dict: "a table", type(None): "nothing"}

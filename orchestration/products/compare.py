@@ -70,17 +70,17 @@ def compare(
     values = given_values(parameters)
     sets = [StartValueSet("parameters", values)] if values else []
     if data is None:
-        logged = {"learn": len(sources_in(learn)) > 0, "tolerance": tolerance is not None}
+        logged = {"learn": bool(sources_in(learn)), "tolerance": tolerance is not None}
         logged |= {"units": bool(units), "names": bool(names), "decimal": bool(decimal)}
         for name in (name for name, is_given in logged.items() if is_given):
             raise InputError(f"{argument(name)}: is for measured logs; give them as {argument('data')}")
         plan = plan_on(system, controllers, duty_cycles, mismatches, sets, scenario)
         with compared(plan, options, out) as comparison:
             return comparison
-    given = {"duty_cycles": duty_cycles, "mismatches": mismatches, "out": out}
-    for name, one in given.items():
-        if one is not None:
-            raise InputError(f"{argument(name)}: measured logs are compared as they are; leave it out")
+    given = {"duty_cycles": duty_cycles is not None, "mismatches": mismatches is not None}
+    given |= {"system": system != DEFAULT, "options": options != USUAL, "out": out is not None}
+    for name in (name for name, is_given in given.items() if is_given):
+        raise InputError(f"{argument(name)}: measured logs are compared as they are; leave it out")
     reading = ReadOptions(units, names=names, decimal=decimal)
     if scenario is not None:
         reading, tolerance = logged_on(str(scenario), reading, tolerance)

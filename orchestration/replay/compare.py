@@ -227,7 +227,8 @@ def replayed(
     found = [controller_named(name) for name in dict.fromkeys(names)]
     refuse_one_name("controllers", (law.name for law in found))
     laws = {law.name: law.component for law in found}
-    if sources_in(learn):
+    data, learn = sources_in(data), sources_in(learn)
+    if learn:
         taught = learnt_law(learn, options=options)
         for name in (each for each in LEARNS if each in laws):
             given = replace(taught, law=name).parameters

@@ -229,11 +229,12 @@ def learnt_law(
     if law not in LEARNS:
         raise InputError(f"{argument('law', law)}: is not learnt from a log; {instead(law, LEARNS)}")
     period = positive(sample_time, "s", argument("sample_time"))
+    sources = sources_in(sources)
     logs = read_logs(sources, options)
     run: TrainingRun | None = None if plant is None else training_run(plant)
     names = None if sensors is None else [_full(name) for name in sensors]
     found = learn([each.learnt_from for each in logs], names, run, sensor_std)
-    files = zip(sources_in(sources), logs, strict=True)
+    files = zip(sources, logs, strict=True)
     told = ", ".join(with_hash(of) if isinstance(of, (str, Path)) else log.name for of, log in files)
     source = f"learnt from {told}" + ("" if plant is None else f" and the model of {model}")
     return LearntLaw(law, found, tuple(logs), period, plant, camera_std, source)

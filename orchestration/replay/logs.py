@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.learning.logs import Log
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
@@ -123,7 +124,7 @@ class MeasuredLog:
 
 def sources_in(logs: Logs) -> Sequence[str | Path | pd.DataFrame]:
     """The logs given, several or the only one."""
-    return logs if isinstance(logs, Sequence) and not isinstance(logs, str) else [logs]
+    return [logs] if isinstance(logs, str | Path) or hasattr(logs, "columns") else [*logs]
 
 
 def read_logs(logs: Logs, options: ReadOptions = DEFAULT_OPTIONS) -> list[MeasuredLog]:
@@ -134,8 +135,10 @@ def read_logs(logs: Logs, options: ReadOptions = DEFAULT_OPTIONS) -> list[Measur
     InputError
         A file, a header or a cell does not fit.
     """
-    view, found = law_view(rig_of(options.machine)), []
-    for source in sources_in(logs):
+    view, found, sources = law_view(rig_of(options.machine)), [], sources_in(logs)
+    if not sources:
+        raise InputError(f"{argument('data')}: there is no log; give a file of measurements, or several")
+    for source in sources:
         place = Path(source) if isinstance(source, str) else source
         if isinstance(place, Path) and place.suffix.lower() == ".toml":
             raise InputError(f"{place}: is no log; give a file of measurements (CSV, text, Parquet, Excel)")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,8 @@ from warmlink.orchestration.written.quantities import number_and_unit
 
 Written = str | float | bool | SsvValue
 """A start value: a number in the variable's own unit, a text as `"2 W/K"`, or a value of a parameter set."""
+
+_WHOLE = re.compile(r"[+-]?\d+")
 
 _TRUTH = {"true": True, "false": False, "1": True, "0": False}
 
@@ -84,6 +87,8 @@ def _typed(given: Written, variable: FmuVariable, unit: Unit | None, where: str)
         if str(given).lower() not in _TRUTH:
             raise InputError(f"{where}: {given!r} is neither true nor false; write true or false")
         return _TRUTH[str(given).lower()]
+    if variable.kind != "Real" and _WHOLE.fullmatch(str(given)):
+        return int(given)  # of 64 bits, which a float does not hold
     number, written = number_and_unit(given, unit.name if unit else "", where)
     if variable.kind != "Real":
         if written or number != int(number):

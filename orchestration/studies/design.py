@@ -176,7 +176,8 @@ def design(
         scenario = changed(with_replaced(read, replaced), controller=law, parameters=parameters)
     known = AS_THEY_ARE if scenario is None else scenario.in_use
     sensors = known.used or SENSORS if sensors is None else several(sensors)
-    noise = positive(sensor_std or known.noise or SENSOR_STD, "K", argument("sensor_std"))
+    usual = known.noise or SENSOR_STD
+    noise = positive(usual if sensor_std is None else sensor_std, "K", argument("sensor_std"))
     period = positive(sample_time, "s", argument("sample_time"))
     if period < SHORTEST_SAMPLE_TIME:
         raise InputError(

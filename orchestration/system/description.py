@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from itertools import product
@@ -212,6 +213,9 @@ def _variable(
     def bound(key: str) -> float | None:
         text = said.get(key) if kind in ("Real", "Integer", "Enumeration") else None
         value = math.inf if text is None else xml.any_number(text, where)
+        if text is not None and kind != "Real" and value.is_integer():
+            with suppress(ValueError):
+                return int(text)  # of 64 bits, which a float does not hold
         return value if math.isfinite(value) else None
 
     reference = xml.integer(xml.required(element, "valueReference", where), where)

@@ -248,3 +248,10 @@ def test_what_is_for_logs_is_refused_without_them_and_the_other_way_round(tmp_pa
         wl.compare(["lag"], ["stop_and_go"], ["nominal"], learn=log())
     with pytest.raises(InputError, match="`out`: measured logs are compared as they are"):
         wl.compare(["lag"], data=log(), out=tmp_path)
+
+
+def test_logs_may_be_given_as_they_are_made(tmp_path: Path) -> None:
+    log().to_csv(tmp_path / "one.csv", index=False)
+    found = wl.compare(["none"], data=tmp_path.glob("*.csv"))  # type: ignore[arg-type]
+    assert isinstance(found, Replayed)
+    assert list(found.rows) == [("none", "one")]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
@@ -11,8 +12,9 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.overrides import parameters_of
 from warmlink.orchestration.scenarios.scenario import changed
-from warmlink.orchestration.scenarios.system_values import with_parameters
+from warmlink.orchestration.scenarios.system_values import Written, _typed, with_parameters
 from warmlink.orchestration.system.assemble import read_system
+from warmlink.orchestration.system.description import FmuVariable
 from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import Unit, parse_unit
 from warmlink.orchestration.written.quantities import quantity
@@ -62,3 +64,10 @@ def test_where_a_wrong_unit_of_a_system_s_value_stands_is_said(tmp_path: Path) -
     write_ssv({"length": SsvValue("length", "Real", 2.0, parse_unit("kg"))}, path := tmp_path / "set.ssv")
     with pytest.raises(InputError, match=r"set\.ssv: length: kg does not convert to m; give it in m"):
         with_parameters(read_system(fmu, tmp_path), path)
+
+
+@pytest.mark.parametrize("given", [2**53 + 1, str(2**53 + 1), -(2**63) + 1, 2**63 - 1, np.int64(2**53 + 1)])
+def test_a_whole_number_of_64_bits_is_kept(given: Written) -> None:
+    """It went through a float, which has 53."""
+    variable = FmuVariable("p", 0, "Int64", "Integer", "parameter", "fixed")
+    assert _typed(given, variable, None, "p") == int(given)
