@@ -110,11 +110,12 @@ def shipped(name: str) -> Controller:
     return Controller(name, controller(name))
 
 
-def controller_named(name: str) -> Controller:
+def controller_named(name: str | Path) -> Controller:
     """A shipped controller by its name, or a user's own law, as `my_law.py:MyLaw`.
 
     InputError if there is none of that name, or as `load_own_law`.
     """
+    name = str(name)
     own = Path(name.rpartition(":")[0] or name).suffix == ".py"
     return load_own_law(name) if own else shipped(name)
 

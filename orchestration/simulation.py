@@ -130,6 +130,11 @@ def experiment_of(system: System, stop: str | float | None, step: str | float | 
         raise InputError(
             f'{system.name}: the system proposes no stop time; give one, as {argument("stop")} "1 h"'
         )
+    if stop_time <= proposed.start_time:
+        raise InputError(
+            f"{argument('stop', stop or stop_time)}: the run begins at {proposed.start_time:g} s, as the "
+            "system proposes; give a later stop time"
+        )
     step_size = proposed.step_size if step is None else positive(step, "s", argument("step"))
     duration, own = stop_time - proposed.start_time, own_steps(system)
     if step_size is None and own:

@@ -16,7 +16,7 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.units import display_conversion
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
+from warmlink.fmus.names import instead, several
 from warmlink.orchestration.closed_loop.load import load_scenario, names_on
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop, run
 from warmlink.orchestration.console import Answer
@@ -164,7 +164,7 @@ def cnc_table(
     law: str,
     design: str | Path | Mapping[str, str | float] | None = None,
     *,
-    duties: Sequence[str] = (),
+    duties: Sequence[str] | str = (),
     data: Logs = (),
     thermometer: str | None = None,
     unit: str = "um",
@@ -204,7 +204,7 @@ def cnc_table(
             what = "a length; give one as um or mm" if of == "m" else "a temperature; give one as degC or K"
             raise InputError(f"{argument(argued, asked)}: is no unit of {what}") from None
     name, component, source = law_of(law, design)
-    sources_given = sources_in(data)
+    duties, sources_given = several(duties), sources_in(data)
     if sources_given and duties:
         raise InputError(f"{argument('duty', duties[0])}: give either duty cycles or logs of the machine")
     if sources_given:
@@ -213,7 +213,7 @@ def cnc_table(
         files = zip(sources_given, logs, strict=True)
         sources = [with_hash(of) if isinstance(of, (str, Path)) else log.name for of, log in files]
     else:
-        scenarios = list(duties) or names_on(load_scenario(DEFAULT_SCENARIO).machine.name)
+        scenarios = duties or names_on(load_scenario(DEFAULT_SCENARIO).machine.name)
         runs = _runs(law, component if design is not None else None, scenarios)
         axes, played = axes_of(runs), [each.scenario.name for each in runs]
         one = design is not None or runs[0].scenario.machine.designs is None

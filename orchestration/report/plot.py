@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
+from warmlink.fmus.names import instead, several
 from warmlink.fmus.safe_text import as_cell
 from warmlink.orchestration.master.recording.result import RecordTable
 from warmlink.orchestration.report.figures import time_plot
@@ -28,7 +28,7 @@ ERRORS = ("uncompensated_error", "error")
 BLOCK_ROWS = 1 << 12
 
 
-def plot(results: Any, *variables: str, against: Any = None) -> Any:
+def plot(results: Any, *variables: str | Sequence[str], against: Any = None) -> Any:
     """Plotly figure of variables over time, all of one unit.
 
     Parameters
@@ -57,21 +57,23 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
             return worst_errors(results)
     found = columns_of(results)
     columns = {heading(name)[0]: name for name in found.names if name != TIME}
-    variables = variables or tuple(name for name in ERRORS if name in columns)
-    if not variables:
+    chosen = [name for each in variables for name in several(each)] or list(
+        name for name in ERRORS if name in columns
+    )
+    if not chosen:
         raise InputError(f"no variable is named, and the results hold no error; {instead('', columns)}")
-    for name in variables:
+    for name in chosen:
         if name not in columns:
             raise InputError(f"{name}: no such variable in the results; {instead(name, columns)}")
-    units = {heading(columns[name])[1] or "1" for name in variables}
+    units = {heading(columns[name])[1] or "1" for name in chosen}
     if len(units) != 1:
         told = ", ".join(sorted(map(shortened, units)))
-        raise InputError(f"{', '.join(variables)}: is of {told}; name variables of one unit")
+        raise InputError(f"{', '.join(chosen)}: is of {told}; name variables of one unit")
     (unit,) = units
-    lines = {name: found[columns[name]] for name in variables}
+    lines = {name: found[columns[name]] for name in chosen}
     if against is not None:
         other = columns_of(against)
-        for name in variables:
+        for name in chosen:
             if columns[name] not in other.names:
                 raise InputError(f"{name}: the results to compare with have no such variable; leave it out")
             # Beyond its end it is not known.
@@ -81,7 +83,7 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
     drawn = [values[np.isfinite(values)] for values in lines.values()]
     if unit == "m" and max(np.max(np.abs(values), initial=0.0) for values in drawn) < 1e-3:
         unit, factor = "µm", 1e6
-    axis = variables[0] if len(variables) == 1 else ""  # of several, the legend tells
+    axis = chosen[0] if len(chosen) == 1 else ""  # of several, the legend tells
     scaled = {name: factor * values for name, values in lines.items()}
     return time_plot(found.time, scaled, f"{axis} [{shortened(unit)}]".strip())
 

@@ -218,6 +218,10 @@ def test_a_design_goes_into_a_run(place: Path) -> None:
         (lambda: wl.plot(pandas.DataFrame({"time [s]": [0.0], "a [K]": [0.0]}), "b"), "b: no such variable"),
         (lambda: wl.plot(pandas.DataFrame({"time [s]": [0.0], "a [K]": [0.0]})), "is named, and the results"),
         (
+            lambda: wl.plot(pandas.DataFrame({"time [s]": [0.0], "a [K]": [0.0]}), ["b"]),
+            "b: no such variable",
+        ),
+        (
             lambda: wl.plot(pandas.DataFrame({"time [s]": [0.0], "a [K]": [0.0], "b [m]": 0.0}), "a", "b"),
             "is of K, m; name variables of one unit",
         ),
