@@ -57,9 +57,8 @@ def plot(results: Any, *variables: str | Sequence[str], against: Any = None) -> 
             return worst_errors(results)
     found = columns_of(results)
     columns = {heading(name)[0]: name for name in found.names if name != TIME}
-    chosen = [name for each in variables for name in several(each)] or list(
-        name for name in ERRORS if name in columns
-    )
+    asked = [name for each in variables for name in several(each)]
+    chosen = asked or [name for name in ERRORS if name in columns]
     if not chosen:
         raise InputError(f"no variable is named, and the results hold no error; {instead('', columns)}")
     for name in chosen:
