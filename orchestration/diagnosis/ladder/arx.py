@@ -78,8 +78,10 @@ def _on_grid(run: Signals, step: float, rich: bool) -> _Grid:
         if read.any():
             readings[:, i] = np.interp(time, run.time[read], column[read], right=np.nan)
     columns = run.columns(rich)
-    total = np.cumsum(columns * np.diff(run.time, prepend=0.0)[:, None], axis=0)
-    ends = interpolated(time, np.append(0.0, run.time), np.vstack([0.0 * total[:1], total]))
+    columns = np.vstack([columns, columns[-1:]])  # goes on to the end of the last step
+    at = np.concatenate([[0.0], run.time, [max(time[-1], run.time[-1])]])
+    total = np.cumsum(columns * np.diff(at)[:, None], axis=0)
+    ends = interpolated(time, at, np.vstack([0.0 * total[:1], total]))
     last = float(run.time[run.fitted][-1]) if run.fitted.any() else -1.0
     first = float(run.time[run.fitted][0]) if run.fitted.any() else 0.0
     inside = (time[1:] <= last) & (time[:-1] >= first - step)
