@@ -17,8 +17,11 @@ from warmlink.orchestration.diagnosis.ladder.least_squares import FEWEST, Fitted
 from warmlink.orchestration.diagnosis.ladder.signals import Signals, interpolated
 from warmlink.orchestration.diagnosis.model.recursions import recursion
 
-_STEPS = (100, 300)
-"""Steps of the longest run on which a model is fitted."""
+_STEPS = (100, 1000)
+"""Steps of the longest run on which a model is fitted, at most, and none shorter than the time between rows.
+
+More of them than rows are kept of a run: readings between rows are blurred ones.
+"""
 
 
 def arx(runs: Sequence[Signals]) -> Iterator[Form]:
