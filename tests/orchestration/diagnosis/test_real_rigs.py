@@ -78,9 +78,15 @@ def test_what_is_delivered_of_a_printers_frame_is_the_plain_fit_that_foretells_i
 @pytest.mark.platform
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
-@pytest.mark.parametrize(("name", "share"), [("copper bar", 0.6), ("house", 1.0)])
-def test_other_rigs_are_foretold_better_than_by_the_model_as_it_stands(
-    name: str, share: float, tmp_path: Path
-) -> None:
+def test_a_copper_bar_is_foretold_better_than_by_plain_fits(tmp_path: Path) -> None:
     """Of the bar's five periods at each frequency, three."""
-    check(diagnosed(name, tmp_path, share))
+    errors = check(diagnosed("copper bar", tmp_path, 0.6))
+    assert len(errors) == 6
+    assert max(errors.values()) <= AS_GOOD * 0.44
+
+
+@pytest.mark.platform
+@pytest.mark.slow
+@pytest.mark.timeout(1200)
+def test_a_house_is_foretold_better_than_by_the_model_as_it_stands(tmp_path: Path) -> None:
+    check(diagnosed("house", tmp_path))
