@@ -20,7 +20,8 @@ from warmlink.orchestration.diagnosis.model.recursions import recursion
 _STEPS = (100, 1000)
 """Steps of the longest run on which a model is fitted, at most, and none shorter than the time between rows.
 
-More of them than rows are kept of a run: readings between rows are blurred ones.
+More of them than rows are kept of a run: in steps as long as the time between rows each reading is
+interpolated alike, in others it is now a row's own and now a mean of two.
 """
 
 
