@@ -17,8 +17,12 @@ from warmlink.orchestration.diagnosis.ladder.least_squares import FEWEST, Fitted
 from warmlink.orchestration.diagnosis.ladder.signals import Signals, interpolated
 from warmlink.orchestration.diagnosis.model.recursions import recursion
 
-_STEPS = (100, 300)
-"""Steps of the longest run on which a model is fitted."""
+_STEPS = (100, 1000)
+"""Steps of the longest run on which a model is fitted, at most, and none shorter than the time between rows.
+
+More of them than rows are kept of a run: in steps as long as the time between rows each reading is
+interpolated alike, in others it is now a row's own and now a mean of two.
+"""
 
 
 def arx(runs: Sequence[Signals]) -> Iterator[Form]:
@@ -78,8 +82,10 @@ def _on_grid(run: Signals, step: float, rich: bool) -> _Grid:
         if read.any():
             readings[:, i] = np.interp(time, run.time[read], column[read], right=np.nan)
     columns = run.columns(rich)
-    total = np.cumsum(columns * np.diff(run.time, prepend=0.0)[:, None], axis=0)
-    ends = interpolated(time, np.append(0.0, run.time), np.vstack([0.0 * total[:1], total]))
+    columns = np.vstack([columns, columns[-1:]])  # goes on to the end of the last step
+    at = np.concatenate([[0.0], run.time, [max(time[-1], run.time[-1])]])
+    total = np.cumsum(columns * np.diff(at)[:, None], axis=0)
+    ends = interpolated(time, at, np.vstack([0.0 * total[:1], total]))
     last = float(run.time[run.fitted][-1]) if run.fitted.any() else -1.0
     first = float(run.time[run.fitted][0]) if run.fitted.any() else 0.0
     inside = (time[1:] <= last) & (time[:-1] >= first - step)

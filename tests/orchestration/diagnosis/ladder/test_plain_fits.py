@@ -41,13 +41,15 @@ def test_units_of_a_column_change_its_weight_alone_and_a_column_that_never_chang
     np.testing.assert_allclose(still, np.vstack([weights, [[0.0]]]), rtol=1e-9)
 
 
+AHEAD, PUSH, CONSTANT = np.array([[0.9, 0.05], [0.02, 0.8]]), np.array([0.3, 0.1]), np.array([29.0, 60.0])
+
+
 def recorded(rows: int = 120) -> Signals:
     """Two channels that follow an input, step after step, as no machine does so exactly."""
     driven = np.repeat(np.random.default_rng(4).uniform(0.0, 10.0, rows // 6), 6)
-    ahead, push, constant = np.array([[0.9, 0.05], [0.02, 0.8]]), np.array([0.3, 0.1]), np.array([29.0, 60.0])
     readings = np.tile([295.0, 295.0], (rows, 1))
     for k in range(rows - 1):
-        readings[k + 1] = ahead @ readings[k] + push * driven[k + 1] + constant
+        readings[k + 1] = AHEAD @ readings[k] + PUSH * driven[k + 1] + CONSTANT
     return Signals(
         time=10.0 * np.arange(rows),
         readings=readings,
@@ -74,14 +76,36 @@ def exact(run: Signals) -> list[tuple[float, dict[int, Linear]]]:
     return found
 
 
-def test_a_sequence_of_first_order_is_foretold_by_its_own_form() -> None:
+@pytest.mark.parametrize("rows", [120, 402])
+def test_a_sequence_of_first_order_is_foretold_by_its_own_form(rows: int) -> None:
     """Coupled, of order 1, nearly without a ridge, in steps of the rows: the form that made the numbers."""
-    error, linear = min(exact(recorded()), key=lambda each: each[0])
+    error, linear = min(exact(recorded(rows)), key=lambda each: each[0])
     assert error < 1e-2
     assert linear[0].channels == linear[1].channels == (0, 1)
-    np.testing.assert_allclose(linear[0].ahead[0], [[0.9, 0.05], [0.02, 0.8]], atol=1e-3)
-    np.testing.assert_allclose(linear[0].driven["speed",], [0.3, 0.1], rtol=1e-3)
+    np.testing.assert_allclose(linear[0].ahead[0], AHEAD, atol=1e-3)
+    np.testing.assert_allclose(linear[0].driven["speed",], PUSH, rtol=1e-3)
     assert (linear[0].place, linear[1].place) == (0, 1)
+
+
+def test_what_stays_as_it_is_does_so_in_a_step_that_ends_after_the_last_row() -> None:
+    run, time = recorded(), np.append(10.0 * np.arange(10), 95.0)
+    rest = np.linalg.solve(np.eye(2) - AHEAD, 5.0 * PUSH + CONSTANT)
+    still = replace(
+        run,
+        time=time,
+        readings=np.tile(rest, (time.size, 1)),
+        start=rest,
+        inputs=np.full((time.size, 1), 5.0),
+        products=np.full((time.size, 1), 25.0),
+        fitted=np.zeros(time.size, dtype=bool),
+        ambient=np.zeros(time.size),
+    )
+    forms = list(arx([run, still]))
+    error, said = min(
+        (float(np.nanmax(np.abs(form([run]).readings[0] - run.readings))), k) for k, form in enumerate(forms)
+    )
+    assert error < 1e-2
+    np.testing.assert_allclose(forms[said]([run, still]).readings[1], still.readings, atol=1e-2)
 
 
 def test_what_has_too_few_readings_is_not_fitted() -> None:
