@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.strange_machine import STEP, Demand, Machine, Room, Run
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.hypotheses import watched
 from warmlink.orchestration.watch.sources.rows import RowReader

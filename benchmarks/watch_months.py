@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from benchmarks.strange_machine import Machine, Room
 from benchmarks.watch import DAY, HEADERS, demands, rows_of
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.page import PAGE, write_watch
 from warmlink.orchestration.watch.sources.rows import Cells

@@ -76,9 +76,9 @@ def diagnose(
     """
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
     from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
-    from warmlink.orchestration.diagnosis.data.columns import read_options
     from warmlink.orchestration.diagnosis.data.experiment import calibrating
     from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
+    from warmlink.orchestration.diagnosis.data.options import read_options
     from warmlink.orchestration.diagnosis.diagnose import read
     from warmlink.orchestration.machine import DEFAULT
     from warmlink.orchestration.system.replacement import Replacements

@@ -43,7 +43,7 @@ def learn(
     json: bool,
 ) -> None:
     """Learn a law, write its parameters and page, and answer; `stds` of a thermometer and the camera."""
-    from warmlink.orchestration.diagnosis.data.columns import read_options
+    from warmlink.orchestration.diagnosis.data.options import read_options
     from warmlink.orchestration.machine import DEFAULT
     from warmlink.orchestration.replay.learn import LearntLaw
     from warmlink.orchestration.studies.design import design
@@ -94,7 +94,7 @@ def judge(
 
     The scenario, if one is given, says which machine the logs are of.
     """
-    from warmlink.orchestration.diagnosis.data.columns import read_options
+    from warmlink.orchestration.diagnosis.data.options import read_options
     from warmlink.orchestration.replay.compare import TOLERANCE, logged_on, replayed
     from warmlink.orchestration.scenarios.overrides import reached_controllers
 

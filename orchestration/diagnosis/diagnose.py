@@ -14,9 +14,9 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.doubtful import doubts
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
-from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_runs
 from warmlink.orchestration.diagnosis.data.inputs import with_inputs, with_nominal
+from warmlink.orchestration.diagnosis.data.options import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess, fitted_part

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.replay.compare import TOLERANCE, Replayed, logged_on, replayed

@@ -15,8 +15,8 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, kinds_needed
 from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read, work_out
 from warmlink.orchestration.diagnosis.terms.entries import content_with
 from warmlink.orchestration.diagnosis.terms.equation import Equation, discovered, is_due

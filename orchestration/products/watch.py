@@ -13,8 +13,8 @@ from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import Answer
-from warmlink.orchestration.diagnosis.data.columns import read_options
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario
+from warmlink.orchestration.diagnosis.data.options import read_options
 from warmlink.orchestration.files import locked_folder
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.heat_paths import rig_of

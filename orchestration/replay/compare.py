@@ -29,8 +29,8 @@ from warmlink.orchestration.catalogue import controller_named, refuse_one_name
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.metrics import conduct, error_metrics
 from warmlink.orchestration.console import Answer
-from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario
+from warmlink.orchestration.diagnosis.data.options import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.replay.learn import LEARNS, learnt_law
 from warmlink.orchestration.replay.logs import MeasuredLog, read_logs, sources_in

@@ -21,7 +21,7 @@ from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.console import Answer
-from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
+from warmlink.orchestration.diagnosis.data.options import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.files import with_hash
 from warmlink.orchestration.replay.logs import MeasuredLog, read_logs, sources_in
 from warmlink.orchestration.scenarios.law_values import start_values_of, write_law_values

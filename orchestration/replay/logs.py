@@ -25,8 +25,8 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.console import remark
-from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.data.measured import Run, read_run
+from warmlink.orchestration.diagnosis.data.options import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.logged.layout import name_and_unit, plain

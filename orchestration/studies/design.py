@@ -24,8 +24,8 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.training import refuse_unread, run_of, runs_of
 from warmlink.orchestration.console import Answer, remark
-from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario
+from warmlink.orchestration.diagnosis.data.options import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.plant import plant_of

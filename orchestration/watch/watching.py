@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.master.slaves import under_way

@@ -14,7 +14,6 @@ from warmlink.fmus.component import Input, Parameter
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
-from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.data.experiment_file import (
     MEASURED,
     PER_RUN,
@@ -22,6 +21,7 @@ from warmlink.orchestration.diagnosis.data.experiment_file import (
     ExperimentFile,
 )
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
+from warmlink.orchestration.diagnosis.data.options import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.machine.added_heat import Paths
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.machine.rig import Rig

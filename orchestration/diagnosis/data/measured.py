@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError, refusal
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, Assignment, ReadOptions
+from warmlink.orchestration.diagnosis.data.columns import Assignment
+from warmlink.orchestration.diagnosis.data.options import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.data.rows import without_slips
 from warmlink.orchestration.diagnosis.data.signals import as_reading
 from warmlink.orchestration.scenarios.logged.cells import Column, as_input

@@ -142,10 +142,7 @@ class InterfaceNewton(Iterated):
 
 
 def _ran_away(x: Array, guess: Array, scale: Array) -> bool:
-    """Whether values are so far from where they began that any difference is small beside them.
-
-    They go there where there is no solution.
-    """
+    """Whether values are so far from where they began that any difference is small beside them."""
     return bool(np.any(np.abs(x) > FARTHEST * np.maximum(scale, np.abs(guess))))
 
 

@@ -14,7 +14,8 @@ from typing import NamedTuple
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.columns import Assignment, ReadOptions
+from warmlink.orchestration.diagnosis.data.columns import Assignment
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.logged.cells import MARKS, MOST_PLAUSIBLE, OVERRANGE
 from warmlink.orchestration.scenarios.logged.layout import conversion_to, headings

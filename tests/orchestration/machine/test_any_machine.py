@@ -14,9 +14,9 @@ from tests.orchestration.machine.strangers import machine
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.answer.claims import DUTIES
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import rig_of, with_paths
 from warmlink.orchestration.products.diagnose import Found

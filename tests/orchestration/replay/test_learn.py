@@ -124,7 +124,7 @@ def test_a_model_helps_where_little_was_measured() -> None:
 def test_columns_may_have_other_names_and_units() -> None:
     frame = log().rename(columns={"base_temperature [degC]": "T1", "elongation [um]": "probe"})
     frame["T1"] = frame["T1"] * 1.8 + 32.0
-    from warmlink.orchestration.diagnosis.data.columns import read_options
+    from warmlink.orchestration.diagnosis.data.options import read_options
 
     told = read_options(["T1=degF", "probe=um"], ["T1=base_temperature", "probe=elongation"])
     found = learnt_law([frame], options=told)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.browser import Browser, violations
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch import diagnosing
 from warmlink.orchestration.watch.offers import EXPERIMENT_FILE

@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks.strange_machine import Demand, Machine, Room
 from benchmarks.watch import HEADERS, WatchedCell, rows_of
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.sources.protocol import Source
 from warmlink.orchestration.watch.sources.rows import LoggedRow, RowReader

@@ -16,7 +16,7 @@ import pytest
 
 from benchmarks.watch import HEADERS, WatchedCell
 from tests.orchestration.watch.conftest import RATE, SOUND, lines_of
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.page import write_watch
 from warmlink.orchestration.watch.sources.lines import LinesSource

@@ -17,7 +17,7 @@ import pytest
 from benchmarks.watch import HEADERS
 from tests.orchestration.watch.conftest import ROWS, free_port, read
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.sources.opcua import OpcuaSource
 from warmlink.orchestration.watch.sources.opening import opened

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.sources.rows import LoggedRow, RowReader
 from warmlink.orchestration.watch.ticks import Gatherer, Tick

@@ -13,7 +13,7 @@ import pytest
 
 from tests.orchestration.watch.conftest import ROWS, lines_of, read
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.diagnosis.data.options import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.sources.lines import LinesSource
 from warmlink.orchestration.watch.sources.mapping import read_mapping

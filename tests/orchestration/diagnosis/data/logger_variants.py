@@ -12,8 +12,8 @@ import pandas as pd
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.columns import ReadOptions, read_options
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_experiment
+from warmlink.orchestration.diagnosis.data.options import ReadOptions, read_options
 
 NAMES = ("time", "speed", "torque", "ambient_temperature", "base_temperature", "elongation")
 UNITS = ("s", "rad/s", "N.m", "degC", "degC", "um")

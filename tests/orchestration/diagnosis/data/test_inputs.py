@@ -12,10 +12,10 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.diagnosis.data.columns import read_options
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.inputs import with_inputs, with_nominal
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed
+from warmlink.orchestration.diagnosis.data.options import read_options
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import input_table

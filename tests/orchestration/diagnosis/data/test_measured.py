@@ -7,9 +7,9 @@ import pytest
 from tests.orchestration.diagnosis.loggers import sticking
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
-from warmlink.orchestration.diagnosis.data.columns import read_options
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed, read_run
+from warmlink.orchestration.diagnosis.data.options import read_options
 from warmlink.orchestration.diagnosis.data.signals import between_jumps, quantum, repeats
 from warmlink.orchestration.diagnosis.model.simulation import input_table
 from warmlink.orchestration.machine.rig import rig
