@@ -21,6 +21,7 @@ def watch(
     tick: str = "60 s",
     controller: str | None = None,
     parameters: Path | None = None,
+    system: str | None = None,
     scenario: str | None = None,
     set_: list[str] | None = None,
     unit: list[str] | None = None,
@@ -55,7 +56,8 @@ def watch(
     controller : A law that runs in shadow and is judged by the growth that it would leave. Default: the log's
         column `correction` is judged, if it has one.
     parameters : Parameter set (SSV) of that law.
-    scenario : Scenario file (TOML) of your machine, with its [parameters]. Default: the warm-up cell.
+    system : Your machine: a shipped one by its name, as BenchMotor, or an SSP. Default: the warm-up cell.
+    scenario : Scenario file (TOML) of your machine, with its [parameters], instead of --system.
     set_ : Parameter of your machine that differs from the nominal one, for example --set "link.length=800
         mm". Repeatable.
     unit : Unit that is missing from a header: --unit "T_base=degC". Repeatable.
@@ -72,7 +74,7 @@ def watch(
     out : Folder for the files.
     json : Print events as JSON, one object a line, for other programs.
     """
-    from warmlink.orchestration.products.watch import WatchSettings, watching
+    from warmlink.orchestration.products.watch import MachineSettings, WatchSettings, watching
 
     told: dict[str, Any] = {"units": unit or [], "names": map_ or [], "decimal": decimal}
     judged = WatchSettings(sound, alarms, tick, controller, parameters)
@@ -81,8 +83,7 @@ def watch(
         out,
         told,
         judged,
-        scenario,
-        settings_given(set_),
+        MachineSettings(system, scenario, settings_given(set_)),
         until_end=until_end,
         speed=speed,
         serve=serve,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -52,6 +52,7 @@ def watch(
     tick: str = "60 s",
     controller: str | None = None,
     controller_parameters: str | Path | None = None,
+    system: str | Path | None = None,
     scenario: str | Path | None = None,
     parameters: Mapping[str, str] = MappingProxyType({}),
     out: str | Path = "out/watch",
@@ -67,7 +68,8 @@ def watch(
     controller : a law that runs in shadow and is judged by the growth that it would leave; without one the
         log's column `correction` is, if it has one
     controller_parameters : parameter set (SSV) of the law
-    scenario : a scenario (TOML) of the machine, which need not be a warm-up cell
+    system : the machine, which need not be a warm-up cell: a shipped one by its name, or the path of an SSP
+    scenario : a scenario (TOML) of the machine instead, with its parameters
     parameters : what is known to differ from nominal, `"800 mm"` under `link.length`
     out : folder for the state and the page; a second call with the same goes on from there
 
@@ -82,7 +84,8 @@ def watch(
     >>> print(found)
     """
     settings = WatchSettings(sound, alarms, tick, controller, controller_parameters)
-    with watching(str(source), Path(out), {}, settings, scenario, parameters, until_end=True) as work:
+    whose = MachineSettings(system, scenario, parameters)
+    with watching(str(source), Path(out), {}, settings, whose, until_end=True) as work:
         for _ in work.run():
             pass
         return WatchedLog(work.events, work.remarks())
@@ -99,14 +102,32 @@ class WatchSettings:
     controller_parameters: str | Path | None = None
 
 
+@dataclass(frozen=True)
+class MachineSettings:
+    """Which machine is watched, as people write it: arguments of `watch` by their names there."""
+
+    system: str | Path | None = None
+    scenario: str | Path | None = None
+    parameters: Mapping[str, str] = field(default_factory=dict)
+
+    def found(self) -> tuple[str, dict[str, str]]:
+        """Name or path of the machine, and its parameters with units; InputError if it is given twice."""
+        if self.scenario is None:
+            return str(self.system or DEFAULT), dict(self.parameters)
+        if self.system is not None:
+            say = argument("system", self.system)
+            raise InputError(f"{say}: {argument('scenario', self.scenario)} names a machine too; keep one")
+        machine, parameters = of_scenario(str(self.scenario))
+        return machine, {**parameters, **self.parameters}
+
+
 @contextmanager
 def watching(
     source: str,
     folder: Path,
     told: Mapping[str, Any],
     settings: WatchSettings,
-    scenario: str | Path | None,
-    parameters: Mapping[str, str],
+    whose: MachineSettings,
     *,
     until_end: bool = False,
     speed: float = 0.0,
@@ -130,12 +151,12 @@ def watching(
         say = argument("controller_parameters", settings.controller_parameters)
         raise InputError(f"{say}: is of no law; name the law with {argument('controller')}")
     law = settings.controller and law_named(settings.controller, settings.controller_parameters)
-    machine, of_machine = (DEFAULT, {}) if scenario is None else of_scenario(str(scenario))
+    machine, parameters = whose.found()
     columns = replace(read_options(**told), machine=machine)
     rig = rig_of(machine)
     known = {
         name: start_value(name, text, rig.components, argument("parameters"))
-        for name, text in {**of_machine, **parameters}.items()
+        for name, text in parameters.items()
     }
     with ExitStack() as stack:
         stack.enter_context(locked_folder(folder))
@@ -151,7 +172,7 @@ def watching(
                 rate,
                 each,
                 law or None,
-                _design(law or None, scenario),
+                _design(law or None, whose),
                 until_end,
                 speed,
                 diagnose,
@@ -166,14 +187,14 @@ def watching(
         yield work
 
 
-def _design(law: WatchedLaw | None, scenario: str | Path | None) -> Design | None:
+def _design(law: WatchedLaw | None, whose: MachineSettings) -> Design | None:
     """How the law is designed anew for other parameters of the machine; None if it has no design."""
-    if law is None or law.name not in PLANT_FACTS:
+    if law is None or law.name not in PLANT_FACTS or whose.system not in (None, DEFAULT):
         return None
 
     def design_for(parameters: Mapping[str, float], path: Path) -> None:
         from warmlink.orchestration.studies.design import design
 
-        design(scenario or DEFAULT, law.name, parameters=parameters).write(path)
+        design(whose.scenario or DEFAULT, law.name, parameters=parameters).write(path)
 
     return design_for

@@ -23,7 +23,12 @@ if TYPE_CHECKING:
 _BESIDE = 600.0
 """s by which two rows may be apart, between which an hour begins anew at the end of summer time."""
 
-_EPOCHS = {"s": (1.0, 1e9, 4e9), "ms": (1e-3, 1e12, 4e12), "us": (1e-6, 1e15, 4e15)}
+_EPOCHS = {
+    "s": (1.0, 1e9, 4e9),
+    "ms": (1e-3, 1e12, 4e12),
+    "us": (1e-6, 1e15, 4e15),
+    "ns": (1e-9, 1e18, 4e18),
+}
 """Seconds of a unit, and counts of it since 1970 that mean the years from 2001 to 2096."""
 
 

@@ -25,8 +25,11 @@ from warmlink.orchestration.system.units import Conversion
 CORRECTION = "correction"
 """Name of a column that holds what the machine's controller took out."""
 
-_EPOCH_UNITS = ((4e14, 1e-6), (4e11, 1e-3), (0.0, 1.0))
-"""Counts since 1970 from which on a number without a unit is one of microseconds, milliseconds, seconds."""
+_EPOCH_UNITS = ((4e17, 1e-9), (4e14, 1e-6), (4e11, 1e-3), (0.0, 1.0))
+"""Counts since 1970 from which on a number without a unit is one of ns, us, ms, s."""
+
+_SWITCH = {"true": 1.0, "false": 0.0}
+"""What loggers write of a switch, in small letters."""
 
 Cells = Sequence[str | float | None]
 """One row as a source gives it: text or numbers in the order of the headers, None where there is nothing."""
@@ -51,10 +54,15 @@ class _Signal:
     least: float
     most: float
 
+    @property
+    def may_switch(self) -> bool:
+        """Whether it may be on or off, as no temperature and no growth can."""
+        return not math.isfinite(self.most)
+
     def si(self, number: float) -> float:
         """Value in SI; NaN where the number stands for "no reading"."""
         value = self.conversion.factor * number + self.conversion.offset
-        marked = abs(number) in MARKS and math.isfinite(self.most)
+        marked = abs(number) in MARKS and not self.may_switch
         none = marked or abs(number) >= OVERRANGE or not self.least <= value <= self.most
         return math.nan if none else value
 
@@ -176,7 +184,8 @@ class RowReader:
         cell = cells[signal.column] if signal.column < len(cells) else None
         if cell is None or cell == "":
             return math.nan
-        value = signal.si(self._number(cell))
+        switched = _SWITCH.get(str(cell).strip().lower()) if signal.may_switch else None
+        value = signal.si(self._number(cell) if switched is None else switched)
         self.doubtful += math.isnan(value)
         return value
 

@@ -15,6 +15,7 @@ import pytest
 from tests.command import exit_code
 from tests.orchestration.watch.conftest import RATE, SLIPS, SOUND
 from warmlink.orchestration.command_line.watch import _in_words
+from warmlink.orchestration.products.watch import MachineSettings, WatchSettings, watching
 from warmlink.orchestration.watch.page import PAGE, served
 from warmlink.orchestration.watch.watching import rate_of
 
@@ -38,6 +39,9 @@ ASKED = ["--sound", f"{SOUND} h", "--until-end", "--alarms", f"{RATE} per day"]
         (["mqtt://cell"], "names no host or no topic"),
         (["empty.csv"], "has no header line"),
         (["words.csv"], "there is no time column"),
+        (["cell.csv", "--system", "Bench"], "system: 'Bench' is not one"),
+        (["cell.csv", "--system", "BenchMotor"], "cell.csv: no measured column is known"),
+        (["cell.csv", "--system", "BenchMotor", "--scenario", "warm_up"], "warm_up names a machine too"),
         (["cell.csv", "--sound", "20 h"], "the log ends after"),
         (["cell.csv", "--sound", "30 min"], "holds only"),
     ],
@@ -59,6 +63,15 @@ def test_what_cannot_be_watched_is_refused_in_a_sentence(
     assert out == ""
     assert told in err
     assert "Traceback" not in err
+
+
+def test_another_machine_is_watched_by_its_name(log: Path, tmp_path: Path) -> None:
+    told = {"names": ["base_temperature=motor.shaft_temperature"]}
+    whose = MachineSettings("BenchMotor", parameters={"motor.winding_conductance": "2 W/K"})
+    with watching(str(log), tmp_path, told, WatchSettings("1 h", "1 per day", "60 s"), whose) as work:
+        assert work.asked.rig.name == "BenchMotor"
+        assert work.asked.known == {"motor.winding_conductance": 2.0}
+        assert work.reader.readings == ("motor.shaft_temperature",)
 
 
 @pytest.mark.parametrize(

@@ -52,6 +52,8 @@ def test_numbers_and_texts_mean_the_same() -> None:
         ("2026-03-01T00:00:10+00:00", 1772323210.0),
         ("2026-03-01 00:00:10", 1772323210.0),
         ("1772323210000", 1772323210.0),
+        ("1772323210000000", 1772323210.0),
+        ("1772323210000000000", 1772323210.0),
         (1772323210, 1772323210.0),
     ],
 )
@@ -59,6 +61,14 @@ def test_times_may_be_dates_and_counts_since_1970(cell: str | float, seconds: fl
     row = reader(["time", *HEADERS[1:]]).read([cell, 2, 1, 22, 25])
     assert row is not None
     assert row.time == seconds
+
+
+def test_a_switch_may_be_logged_in_words_and_a_temperature_may_not() -> None:
+    for cell, value in (("True", 1.0), ("FALSE ", 0.0), ("false", 0.0), (True, 1.0), ("on", math.nan)):
+        row = reader().read(["60", cell, "1.5", "22", "True"])
+        assert row is not None
+        assert row.inputs["motor.speed"] == pytest.approx(value, nan_ok=True)
+        assert math.isnan(row.readings[BASE])
 
 
 def test_a_comma_is_a_decimal_mark_where_the_source_says_so() -> None:

@@ -31,6 +31,8 @@ def test_numbers_count_in_the_unit_of_the_header_or_of_the_cells() -> None:
 def test_counts_since_1970_need_no_unit() -> None:
     assert read([1_795_000_000.0, 1_795_000_060.0]) == ([0.0, 60.0], "s since 1970")
     assert read([1_795_000_000_000.0, 1_795_000_000_500.0]) == ([0.0, 0.5], "ms since 1970")
+    count = 1_795_000_000_000_000_000
+    assert read([count, count + 3_000_000_000]) == ([0.0, 3.0], "ns since 1970")
     with pytest.raises(InputError, match=r"log\.csv: column 'time' has no unit; head it as 'time \[s\]'"):
         read([0.0, 60.0])
 
