@@ -11,7 +11,7 @@ import numpy as np
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.component.table import Played
-from warmlink.fmus.duty_cycle.component import COMPONENT, SEGMENTS
+from warmlink.fmus.duty_cycle.component import COMPONENT
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.recorded_duty.component import COMPONENT as PLAYER
@@ -22,8 +22,9 @@ from warmlink.orchestration.scenarios.duties.duty import (
     PAD_POWER,
     PAD_TEMPERATURE,
     UNITS,
-    Duty,
+    Drive,
     Recorded,
+    RecordedSegments,
     Segment,
     padded,
 )
@@ -47,7 +48,7 @@ _DEMANDS = {scalar.name: scalar for scalar in COMPONENT.scalars()}
 
 def read_recorded(
     path: Path, linear: Sequence[str] = (), columns: Mapping[str, str] = MappingProxyType({})
-) -> Duty | Recorded:
+) -> Drive:
     """Recorded duty from a table (CSV, Parquet) of columns named `name [unit]`, `time [s]` among them.
 
     Inputs hold until the next row, but those that are `linear` between rows; an empty cell holds the last
@@ -76,12 +77,7 @@ def read_recorded(
         raise InputError(f"{path.name}: {fault}") from None
     # Of the last row nobody knows how long it lasts.
     whole = Recorded(path.stem, path.stem, f"recorded, {path.name}", float(at[-1]), table, remarks=told)
-    values = np.column_stack(
-        [np.broadcast_to(each[:-1] if each.size > 1 else each, at.size - 1) for each in table.columns]
-    )
-    if linear or np.count_nonzero(np.any(values[1:] != values[:-1], axis=1)) >= SEGMENTS:
-        return whole
-    return Duty(whole.name, whole.title, whole.reason, whole.stop_time, whole.unrolled(), remarks=told)
+    return RecordedSegments.of(whole)
 
 
 def _places(sheet: Sheet) -> dict[str, Place]:

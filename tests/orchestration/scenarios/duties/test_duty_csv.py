@@ -157,6 +157,30 @@ def test_a_table_is_unrolled_into_its_rows_up_to_the_end_of_the_run(tmp_path: Pa
     assert len(duty.until(500.0).until(400.0).remarks) == len(duty.remarks)
 
 
+@pytest.mark.parametrize("constant", [1, 20])
+def test_the_last_row_holds_after_it_however_few_rows_there_are(tmp_path: Path, constant: int) -> None:
+    rows = [f"{600 * i / constant},{3.43 + 0.01 * i},2.5" for i in range(constant)]
+    text = "\n".join(["time [s],speed [rad/s],torque [N.m]", *rows, "600,0,0"])
+    duty = read_recorded(written(tmp_path, text))
+    assert isinstance(duty, Duty)
+    longer = duty.until(1200.0)
+    *_, last = longer.unrolled()
+    assert (last.duration, last.speed, last.torque) == (600.0, 0.0, 0.0)
+    assert longer.start_values()["duty"][f"segment_speed[{constant + 1}]"] == 0.0
+    assert longer.remarks == ("recorded ends at 600 s; its last row holds from then on",)
+    assert longer.until(600.0) == duty
+
+
+def test_as_many_segments_as_duty_cycle_holds_are_a_table_after_their_last_row(tmp_path: Path) -> None:
+    rows = [f"{10 * i},{i}" for i in range(33)]
+    duty = read_recorded(written(tmp_path, "\n".join(["time [s],speed [rad/s]", *rows])))
+    assert len(duty.unrolled()) == 32
+    assert not duty.tables
+    assert duty.until(400.0).tables
+    assert duty.until(400.0).unrolled()[-1].speed == 32
+    assert duty.until(400.0).remarks[-1] == "recorded ends at 320 s; its last row holds from then on"
+
+
 def test_so_few_rows_that_are_linear_are_a_table_too(tmp_path: Path) -> None:
     path = written(tmp_path, f"{HEADER}\n{ROWS}")
     assert isinstance(read_recorded(path), Duty)
