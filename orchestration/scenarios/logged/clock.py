@@ -77,7 +77,7 @@ def _without_unit(sheet: Sheet, place: Place, unit: str) -> tuple[Sheet, Place]:
 
 
 def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
-    values, lost = numbers(sheet, column)
+    values, lost = numbers(sheet, column, ordinary=None)
     sheet.refuse(lost, column, "{} is no time; correct it or remove the row")
     if unit is not None:
         conversion, unit = conversion_to(unit, "s", sheet.of(column), difference=True)

@@ -28,6 +28,10 @@ def test_numbers_count_in_the_unit_of_the_header_or_of_the_cells() -> None:
     assert read(["5 ms", "25 ms"]) == ([0.0, 0.02], "ms")
 
 
+def test_a_time_that_elsewhere_stands_for_no_reading_is_a_time() -> None:
+    assert read([0, 300, 999], "s")[0] == [0, 300, 999]
+
+
 def test_counts_since_1970_need_no_unit() -> None:
     assert read([1_795_000_000.0, 1_795_000_060.0]) == ([0.0, 60.0], "s since 1970")
     assert read([1_795_000_000_000.0, 1_795_000_000_500.0]) == ([0.0, 0.5], "ms since 1970")
