@@ -151,8 +151,8 @@ def numbers(
 
     Beside them the rows of cells that hold words or numbers that stand for "no reading"; those in `empty`, in
     small letters, stand for an empty cell. Up to an `ordinary` size a number is a reading where all others
-    are 0, and of any size where that is None, as for times. InputError is raised where a cell may be read in two
-    ways, looks like a number and is none, or most cells are words.
+    are 0, and of any size where that is None, as for times. InputError is raised where a cell may be read in
+    two ways, looks like a number and is none, or most cells are words.
     """
     cells: Any = sheet.cells[column]
     if cells.dtype.kind in "iufb":

@@ -12,7 +12,13 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.logged.cells import numbers
-from warmlink.orchestration.scenarios.logged.dates import HOUR, NoTimeError, seconds, written_seconds
+from warmlink.orchestration.scenarios.logged.dates import (
+    HOUR,
+    NoTimeError,
+    as_written,
+    seconds,
+    written_seconds,
+)
 from warmlink.orchestration.scenarios.logged.layout import COUNT, NUMBER, conversion_to
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
 from warmlink.orchestration.text_files import shown
@@ -45,14 +51,20 @@ def times(sheet: Sheet, place: Place, date: Place | None = None) -> tuple[Array,
     counts = sum(bool(NUMBER.fullmatch(cell)) for cell in written)
     if kind in "mM":
         values, taken = seconds(cells), "date" if kind == "M" else "duration"
-    elif kind in "iufb" or 2 * counts > len(written) or written.empty:
+    elif not _is_form(place.unit) and (kind in "iufb" or 2 * counts > len(written) or written.empty):
         values, taken = _counted(sheet, column, place.unit)
     else:
-        text = cells.astype(str).where(cells.notna(), "").str.strip()
+        text = as_written(cells, place.unit or "") if kind in "iuf" else cells.astype(str)
+        text = text.where(cells.notna(), "").str.strip()
         if date is not None:
             text = sheet.cells[date.column].astype(str).str.strip().str.removesuffix(" 00:00:00") + " " + text
         values, taken = _written(sheet, column, text, place.unit)
     return _checked(sheet, column, values), taken
+
+
+def _is_form(unit: str | None) -> bool:
+    """Whether a unit is a form of dates, as `%d/%m/%Y %H:%M:%S`."""
+    return unit is not None and "%" in unit
 
 
 def _unit_in(cells: Sequence[str]) -> str:
@@ -65,7 +77,7 @@ def _unit_in(cells: Sequence[str]) -> str:
 def _without_unit(sheet: Sheet, place: Place, unit: str) -> tuple[Sheet, Place]:
     """Times without the unit in their cells, which their place has instead; InputError where both differ."""
     where, column = sheet.of(place.column), place.column
-    if place.unit is not None and "%" not in place.unit:
+    if place.unit is not None and not _is_form(place.unit):
         one, other = (conversion_to(each, "s", where, difference=True)[0] for each in (place.unit, unit))
         if one.factor != other.factor:
             raise InputError(f"{where}: its header says {place.unit}, its cells {unit}; correct the header")

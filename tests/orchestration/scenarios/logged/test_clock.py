@@ -39,6 +39,20 @@ def test_counts_since_1970_need_no_unit() -> None:
         read([0.0, 60.0])
 
 
+@pytest.mark.parametrize(
+    ("cells", "form", "seconds"),
+    [
+        ([50, 55, 57], "%S", [0, 5, 7]),
+        ([50.5, 55.0, 57.25], "%S", [0, 4.5, 6.75]),
+        (["50", "55", "57"], "%S", [0, 5, 7]),
+        ([20261101015950, 20261101020000], "%Y%m%d%H%M%S", [0, 10]),
+        ([59, 130, 10000], "%H%M%S", [0, 31, 3541]),
+    ],
+)
+def test_numbers_may_have_a_form_of_dates(cells: list[object], form: str, seconds: list[float]) -> None:
+    assert read(cells, form)[0] == seconds
+
+
 def test_a_date_stands_beside_the_time_of_the_day() -> None:
     assert read(["23:59:50", "00:00:10"], dates=["2026-11-22", "2026-11-23"])[0] == [0.0, 20.0]
 
