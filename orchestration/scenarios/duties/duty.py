@@ -127,8 +127,8 @@ class Duty(Drive):
         cycles = self.stop_time / length(self.segments) if self.repeat else 1.0
         check_segments(cycles * len(self.segments), self.name)
         found: list[Segment] = []
-        left = self.stop_time
-        while left > 0:
+        left, rounding = self.stop_time, 1e-9 * self.stop_time
+        while left > rounding:
             for i, part in enumerate(self.segments):
                 last = not self.repeat and i + 1 == len(self.segments)  # which holds to the end
                 lasts = left if last else min(part.duration, left)
@@ -136,7 +136,7 @@ class Duty(Drive):
                 segment = replace(part, duration=lasts)
                 if found and replace(found[-1], duration=lasts) == segment:
                     found[-1] = replace(segment, duration=found[-1].duration + lasts)
-                elif lasts > 0:
+                elif lasts > rounding:
                     found.append(segment)
         return tuple(found)
 
