@@ -30,7 +30,7 @@ from warmlink.orchestration.scenarios.duties.duty import (
 )
 from warmlink.orchestration.scenarios.logged.cells import signal, without_gaps
 from warmlink.orchestration.scenarios.logged.clock import times
-from warmlink.orchestration.scenarios.logged.layout import TIME, TIMES, plain, with_suffix
+from warmlink.orchestration.scenarios.logged.layout import TIME, TIMES, Heading, converts, plain, with_suffix
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
 from warmlink.orchestration.text_files import demand_file, shown
 
@@ -83,9 +83,9 @@ def read_recorded(
 def _places(sheet: Sheet) -> dict[str, Place]:
     """Column of time and of each demand, by name."""
     found: dict[str, Place] = {}
-    for column, (header, written, unit, *_) in enumerate(sheet.headings):
-        forms: list[tuple[str, str | None]] = [(written, unit), *(() if unit else with_suffix(written))]
-        name, unit = next((form for form in forms if _known(form[0])), forms[0])
+    for column, heading in enumerate(sheet.headings):
+        header = heading.written
+        name, unit = next((form for form in _forms(heading) if _known(form[0])), _forms(heading)[0])
         variable = _known(name)
         if not variable:
             known = instead(plain(name), (*RECORDED, *MEASURED), "or remove it")
@@ -103,6 +103,9 @@ def _chosen(sheet: Sheet, columns: Mapping[str, str]) -> dict[str, Place]:
     """Column of time and of each demand, by name, as the user says it of the file's own names."""
     found: dict[str, Place] = {}
     for own, variable in columns.items():
+        if variable not in RECORDED:
+            told = f"{shown(variable)} is no column of a duty; {instead(variable, RECORDED)}"
+            raise InputError(f"{sheet.name}: columns: {shown(own)}: {told}")
         fits = [i for i, each in enumerate(sheet.headings) if own in (each.name, each.written)]
         if len(fits) != 1:
             told = (
@@ -111,12 +114,20 @@ def _chosen(sheet: Sheet, columns: Mapping[str, str]) -> dict[str, Place]:
             raise InputError(f"{sheet.name}: columns: {'' if fits else 'no column '}{shown(own)}; {told}")
         if variable in found:
             raise InputError(f"{sheet.name}: columns: two columns are {variable}; keep one")
-        _, name, unit, source, _ = sheet.headings[fits[0]]
-        found[variable] = Place(fits[0], name, unit, variable, source, chosen=True)
-    for i, (_, name, unit, source, _) in enumerate(sheet.headings):
-        if TIME not in found and _known(name) == TIME:
-            found[TIME] = Place(i, name, unit, TIME, source, chosen=False)
+        heading = sheet.headings[fits[0]]
+        measures = (form for form in _forms(heading) if form[1] and converts(form[1], RECORDED[variable]))
+        name, unit = next(measures, (heading.name, heading.unit))
+        found[variable] = Place(fits[0], name, unit, variable, heading.source, chosen=True)
+    for i, heading in enumerate(sheet.headings):
+        for name, unit in _forms(heading):
+            if TIME not in found and _known(name) == TIME:
+                found[TIME] = Place(i, name, unit, TIME, heading.source, chosen=False)
     return found
+
+
+def _forms(heading: Heading) -> list[tuple[str, str | None]]:
+    """Name and unit of a heading; without a unit every way in which the name may end in one, too."""
+    return [(heading.name, heading.unit), *(() if heading.unit else with_suffix(heading.name))]
 
 
 def _known(name: str) -> str:

@@ -61,6 +61,11 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
             "'torque \\[mN.m\\]' are both torque; keep one",
         ),
         ("time [s],time [h]\n0,1\n1,1", "are both time; keep one"),
+        (
+            "time [s],speed [rpm],torque [N.m]\n0,3,2,,7\n1,3,2\n2,3,2\n3,3,2",
+            "the first row has more cells th",
+        ),
+        ("time [s],speed [rpm],torque [N.m]\n0,3,2\n1,3,2,,7\n2,3,2\n3,3,2", "cannot be read as columns"),
         ("time [s],torque [N.m]\n0,2,5\n1,2,5", "row 2 has more cells than there are headers \\(2\\); give"),
         ("time [s],pad_power [W],pad_temperature [K]\n0,1,300\n1,,", "row 2: .* exclude each other"),
         ("torque [N.m],speed [rad/s]\n1,1\n2,1", "no column 'time \\[s\\]'; add it"),
@@ -213,6 +218,7 @@ def test_a_logs_own_names_are_said_and_the_rest_is_not_read(tmp_path: Path) -> N
     ("columns", "sentence"),
     [
         ({"v": "speed"}, "no column 'time \\[s\\]'; add it"),
+        ({"v": "bogus"}, "columns: 'v': 'bogus' is no column of a duty; choose time, speed, "),
         ({"Stamp": "time", "w": "speed"}, "columns: no column 'w'; choose Stamp, v, current or room"),
         ({"Stamp": "time", "v": "speed", "room": "speed"}, "columns: two columns are speed; keep one"),
     ],
@@ -220,6 +226,19 @@ def test_a_logs_own_names_are_said_and_the_rest_is_not_read(tmp_path: Path) -> N
 def test_names_that_do_not_fit_are_refused(tmp_path: Path, columns: dict[str, str], sentence: str) -> None:
     with pytest.raises(InputError, match=f"^recorded.csv: {sentence}"):
         read_recorded(written(tmp_path, LOGGED), columns=columns)
+
+
+def test_units_at_the_end_of_names_count_whoever_names_the_columns(tmp_path: Path) -> None:
+    path = written(tmp_path, "time_min,v_rpm,I_A\n0,30,1\n5,60,2\n10,0,3\n")
+    found = read_recorded(path, columns={"v_rpm": "speed"}).unrolled()
+    assert [each.duration for each in found] == [300, 300]
+    assert [each.speed for each in found] == pytest.approx([math.pi, 2 * math.pi])
+
+
+def test_between_spaces_nan_is_an_empty_cell(tmp_path: Path) -> None:
+    head = "time[s] speed[rad/s] pad_temperature[degC]"
+    found = segments_of(written(tmp_path, f"{head}\n0 1 36\n10 NaN NaN\n20 2 36\n30 2 36\n"))
+    assert [(each.speed, each.pad_mode) for each in found] == [(1, 2), (1, 0), (2, 2)]
 
 
 def test_written_segments_beyond_what_the_component_holds_are_refused_with_a_remedy() -> None:
