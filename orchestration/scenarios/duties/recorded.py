@@ -29,7 +29,7 @@ from warmlink.orchestration.scenarios.duties.duty import (
     padded,
 )
 from warmlink.orchestration.scenarios.logged.cells import signal, without_gaps
-from warmlink.orchestration.scenarios.logged.clock import times
+from warmlink.orchestration.scenarios.logged.clock import of_skipped_hour, times
 from warmlink.orchestration.scenarios.logged.layout import TIME, TIMES, Heading, converts, plain, with_suffix
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
 from warmlink.orchestration.text_files import demand_file, shown
@@ -65,12 +65,14 @@ def read_recorded(
     places = _chosen(sheet, columns) if columns else _places(sheet)
     if TIME not in places:
         raise InputError(f"{sheet.name}: no column 'time [s]'; add it")
-    at, _ = times(sheet, places.pop(TIME))
+    time = places.pop(TIME)
+    at, _ = times(sheet, time)
     if at.size < 2:
         raise InputError(f"{path.name}: {at.size} rows under the header; give at least two times")
     demands = _demanded(sheet, {name: _demand(sheet, place) for name, place in places.items()})
     absent = [name for name in ("speed", "torque") if name not in places]
     told = tuple(f"{path.name} has no column {name}, which is taken as 0 {RECORDED[name]}" for name in absent)
+    told += tuple(of_skipped_hour(sheet, time.column, at))
     try:
         table = Played("rows", PLAYER.tables[0].columns, duty_table(at, demands, linear)).table
     except InputError as fault:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +30,12 @@ if TYPE_CHECKING:
 
 _BESIDE = 600.0
 """s by which two rows may be apart, between which an hour begins anew at the end of summer time."""
+
+_WALL = re.compile(r"(?:(?P<day>\d{4}-\d\d-\d\d)|[\w./, -]+)[T ](?P<hour>\d\d?):\d\d(?::\d\d(?:\.\d+)?)?")
+"""A date with the time of the day that a clock on the wall shows, without an offset from UTC."""
+
+_SUNDAY = 6
+"""Day of the week on which clocks are put forward."""
 
 _EPOCHS = {"s": (1.0, 1e9, 4e9), "ms": (1e-3, 1e12, 4e12), "us": (1e-6, 1e15, 4e15)}
 """Seconds of a unit, and counts of it since 1970 that mean the years from 2001 to 2096."""
@@ -122,6 +130,25 @@ def _checked(sheet: Sheet, column: int, values: Array) -> Array:
     for row in np.flatnonzero(np.diff(values, prepend=-np.inf) <= 0)[:1].tolist():
         raise InputError(f"{sheet.at(row, column)}: {_out_of_order(sheet, column, row, values)}")
     return values - values[0]
+
+
+def of_skipped_hour(sheet: Sheet, column: int, values: Array) -> list[str]:
+    """Remark where times in s, as `times` gives them, may count an hour that clocks skipped."""
+    cells, steps = sheet.cells[column], np.diff(values)
+    if cells.dtype.kind in "miuf":
+        return []
+    for row in (1 + np.flatnonzero((steps >= HOUR) & (steps <= HOUR + _BESIDE))).tolist():
+        ends = [_WALL.fullmatch(str(cells.iloc[each]).strip()) for each in (row - 1, row)]
+        before, after = (end and int(end["hour"]) for end in ends)
+        days = [datetime.fromisoformat(end["day"]).weekday() for end in ends if end and end["day"]]
+        if before in (0, 1) and after == before + 2 and all(day == _SUNDAY for day in days):
+            earlier, later = (sheet.cell(each, column) for each in (row - 1, row))
+            told = (
+                f"{later} is taken to come {steps[row - 1]:g} s after {earlier}; if clocks were put forward"
+            )
+            remedy = "take an hour off the times from this row on, or write all in UTC or with their offset"
+            return [f"{sheet.at(row, column)}: {told} between, as for summer time, {remedy}"]
+    return []
 
 
 def _out_of_order(sheet: Sheet, column: int, row: int, values: Array) -> str:

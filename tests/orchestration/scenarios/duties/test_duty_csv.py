@@ -49,6 +49,30 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("2026-03-29 01:59:50", "2026-03-29 03:00:00", True),
+        ("29.03.2026 01:59:50", "29.03.2026 03:00:00", True),
+        ("2026-03-30 01:59:50", "2026-03-30 03:00:00", False),
+        ("2026-03-29 08:59:50", "2026-03-29 10:00:00", False),
+        ("2026-03-29T00:59:50Z", "2026-03-29T02:00:00Z", False),
+    ],
+)
+def test_an_hour_that_clocks_may_have_skipped_is_said(
+    tmp_path: Path, before: str, after: str, said: bool
+) -> None:
+    head = "time,speed [rad/s],torque [N.m]"
+    duty = read_recorded(written(tmp_path, f"{head}\n{before},3,1\n{after},3,2\n"))
+    assert duty.stop_time == 3610
+    assert len(duty.remarks) == said
+    for remark in duty.remarks:
+        assert remark.startswith(
+            f"recorded.csv: row 3, column 'time': '{after}' is taken to come 3610 s after"
+        )
+        assert "if clocks were put forward" in remark
+
+
+@pytest.mark.parametrize(
     ("text", "sentence"),
     [
         ("time [s],torqe [N.m]\n0,1\n1,1", "column 'torqe \\[N.m\\]' is not known; did you mean torque\\?"),
