@@ -20,7 +20,7 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.machine.read import NamedMachine, RolesTable, machine_in
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.scenarios.duties import duty_files
-from warmlink.orchestration.scenarios.duties.duty import Duty, Recorded
+from warmlink.orchestration.scenarios.duties.duty import Drive
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.shell import command
@@ -56,7 +56,7 @@ class ScenarioFile(DutyTables, Settings):
             if getattr(self, key):
                 raise InputError(f"{key} beside duty; name a duty cycle or write one, not both")
 
-    def drive(self, name: str, folder: Path) -> Duty | Recorded:
+    def drive(self, name: str, folder: Path) -> Drive:
         """The duty cycle that the file contains or names; raises InputError if no cycle has that name."""
         if self.duty is None:
             return self.duties(name, self.stop_time or 0.0, (name,))[0]

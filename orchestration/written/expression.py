@@ -20,6 +20,9 @@ _FUNCTIONS: Mapping[str, tuple[int, Callable[[Any], Any]]] = {"sqrt": (1, np.sqr
 LONGEST = 2000
 """Characters of an expression; no score takes more, and a longer one may nest deeper than Python reads."""
 
+_PROBES = 20
+"""Points, drawn alike each time, at which a weighted sum must be one."""
+
 
 @dataclass(frozen=True)
 class Expression:
@@ -92,11 +95,17 @@ class Expression:
 
         Raises InputError if the expression is not linear, or has a constant part.
         """
-        zero, probe = dict.fromkeys(self.variables, 0.0), {n: 2.0 + i for i, n in enumerate(self.variables)}
+        zero, count = dict.fromkeys(self.variables, 0.0), len(self.variables)
         found = {name: float(self.value({**zero, name: 1.0}.__getitem__)) for name in self.variables}
-        expected = sum(found[name] * value for name, value in probe.items())
-        if not abs(self.value(probe.__getitem__) - expected) <= 1e-9 * (1 + abs(expected)):
-            raise InputError(f"{self.where}: {self.text} is not linear in its variables; give a weighted sum")
+        random = np.random.default_rng(0)
+        # Of both signs and of every size: else `abs` is linear, and what bends somewhere far off.
+        sizes = 10.0 ** random.uniform(-6, 6, (_PROBES, count)) * random.choice([-1.0, 1.0], (_PROBES, count))
+        for probe in ([1.0] * count, [-1.0] * count, *sizes.tolist()):
+            values = dict(zip(self.variables, probe, strict=True))
+            parts = [found[name] * value for name, value in values.items()]
+            if not abs(self.value(values.__getitem__) - sum(parts)) <= 1e-9 * sum(map(abs, parts)):
+                told = f"{self.text} is not linear in its variables; give a weighted sum"
+                raise InputError(f"{self.where}: {told}")
         return found
 
     @cached_property

@@ -18,7 +18,13 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.arm.measured import AMBIENT, DEMANDS, MEASURED, header_of
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue as causes
-from warmlink.orchestration.diagnosis.practice.by_fmus import HiddenEffect, of_cause, recorded, rows_of
+from warmlink.orchestration.diagnosis.practice.by_fmus import (
+    HiddenEffect,
+    of_cause,
+    recorded,
+    rows_of,
+    values_together,
+)
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
 from warmlink.orchestration.diagnosis.practice.hide import WHITE, Noise, noisy
 from warmlink.orchestration.fmu_store import FmuStore
@@ -49,8 +55,8 @@ def hide_in_arm(
     """
     if not 1 <= number <= AXES:
         raise InputError(f"{argument('axis', number)}: the arm has no such axis; choose 1 to {AXES}")
-    hidden: list[tuple[HiddenEffect, float]] = []
-    for effect, size in effects.items():
+    hidden: dict[str, HiddenEffect] = {}
+    for effect in effects:
         cause = _cause(effect)
         if cause is None:
             raise InputError(
@@ -58,10 +64,10 @@ def hide_in_arm(
                 f"{instead(effect, possible_effects())}"
             )
         variables = [f"{axis_name(number)}.{name}" for name in cause.frees]
-        hidden.append((of_cause(cause, variables), size))
+        hidden[effect] = of_cause(cause, variables)
 
     def values(system: System) -> dict[str, float]:
-        return {name: value for of, size in hidden for name, value in of.values(system, size).items()}
+        return values_together(system, hidden, effects)
 
     names = [*_DUTY, *MEASURED.values()]
     record = [*(f"{axis_name(i)}.{name}" for i in range(1, AXES + 1) for name in names), _ROOM]

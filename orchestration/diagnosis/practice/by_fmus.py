@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,8 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.parts import freed_in_parts
-from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, OnReadings
-from warmlink.orchestration.diagnosis.practice.hide import WHITE, Noise, noisy
+from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, OnReadings, with_changes
+from warmlink.orchestration.diagnosis.practice.hide import WHITE, Noise, noisy, refuse_too_few
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import value_of, with_values
 from warmlink.orchestration.machine.rig import Rig
@@ -56,12 +57,34 @@ class HiddenEffect:
     change: OnReadings | None = None
     channel: str = ""
 
-    def values(self, system: System, size: float) -> dict[str, float]:
-        """Values of the variables in SI units, for a strength."""
+    def values(
+        self, system: System, size: float, before: Mapping[str, float] = MappingProxyType({})
+    ) -> dict[str, float]:
+        """Values of the variables in SI units, for a strength; some have others `before` it."""
         if not self.relative and not self.added:
             return dict.fromkeys(self.variables, size)
-        own = {name: value_of(system, name) for name in self.variables}
+        own = {name: before[name] if name in before else value_of(system, name) for name in self.variables}
         return {name: size * v if self.relative else size + v for name, v in own.items()}
+
+
+def values_together(
+    system: System, hidden: Mapping[str, HiddenEffect], sizes: Mapping[str, float]
+) -> dict[str, float]:
+    """Values of variables in SI units for several effects by name, with their strengths.
+
+    What is added to one variable adds up, and factors multiply; InputError where two set it otherwise.
+    """
+    found: dict[str, float] = {}
+    first: dict[str, str] = {}
+    for name, effect in hidden.items():
+        for variable in effect.variables:
+            one = hidden[first.setdefault(variable, name)]
+            alike = (one.added and effect.added) or (one.relative and effect.relative)
+            if one is not effect and not alike:
+                told = f"{first[variable]!r} and {name!r} both set {variable}"
+                raise InputError(f"effect: {told}; give one of them")
+        found |= effect.values(system, sizes[name], found)
+    return found
 
 
 def of_cause(cause: Cause, variables: Sequence[str]) -> HiddenEffect:
@@ -137,9 +160,7 @@ def hide_in_machine(
     sources = {name: rig.machine.fed[name] for name in inputs}
 
     def values(system: System) -> dict[str, float]:
-        found: dict[str, float] = {}
-        for name, effect in hidden.items():
-            found |= effect.values(system, effects[name])
+        found = values_together(system, hidden, effects)
         _check_limits(rig, found)
         return found
 
@@ -149,9 +170,8 @@ def hide_in_machine(
     readings = {rig.column_of(name): np.array(result[name]) for name in outputs}
     for name in rig.demanded.get(AMBIENT, ())[:1]:
         readings["ambient"] = result[sources[name]]
-    for name, effect in hidden.items():
-        if effect.change is not None:
-            readings[effect.channel] = effect.change(result.times, readings, effects[name], effect.channel)
+    changes = [(each.change, effects[name], each.channel) for name, each in hidden.items() if each.change]
+    readings = with_changes(result.times, readings, changes)
     last = result.times.size - 1
     true = {name: readings[rig.column_of(name)][np.minimum(seen, last)] for name in outputs}
     read = noisy(result.times[rows], true, noise, random, [name for name in outputs if rig.unit(name) == "m"])
@@ -185,10 +205,15 @@ def recorded(
 
 
 def rows_of(result: Result, random: np.random.Generator) -> Array:
-    """Communication points that a logger writes down: it does not know when a duty cycle changes."""
+    """Communication points that a logger writes down: it does not know when a duty cycle changes.
+
+    InputError is raised where the run is too short for two.
+    """
     times = np.asarray(result.times)
     every = max(1, round(INTERVAL / float(times[1] - times[0])))
-    return np.append(0, np.arange(random.integers(every, 2 * every), times.size, every))
+    rows = np.append(0, np.arange(random.integers(every, 2 * every), times.size, every))
+    refuse_too_few(times[rows], INTERVAL)
+    return rows
 
 
 def _steers_pad(demand: str) -> bool:

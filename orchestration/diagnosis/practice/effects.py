@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -57,14 +57,17 @@ def _times(name: str, size: float) -> Effect:
     return Effect(size, lambda truth, size, _: _with(truth, name, size * nominal), both_signs=True, neutral=1)
 
 
+def _beside(truth: Truth, name: str, course: Callable[[float], float]) -> Truth:
+    """The cell with a function of time added to that of a field."""
+    before: Callable[[float], float] = getattr(truth, name)
+    return _with(truth, name, lambda time: before(time) + course(time))
+
+
 def _while(name: str, begin: float, end: float, size: float, about: str) -> Effect:
     """The strength is the value of a field that is a function of time, for a part of the run."""
 
     def change(truth: Truth, size: float, duration: float) -> Truth:
-        def course(time: float) -> float:
-            return size if begin * duration <= time < end * duration else 0.0
-
-        return _with(truth, name, course)
+        return _beside(truth, name, lambda time: size if begin * duration <= time < end * duration else 0.0)
 
     return Effect(size, change, about=about)
 
@@ -81,6 +84,10 @@ def _bent(time: Array, readings: Readings, size: float, channel: str) -> Array:
 def _stuck(time: Array, readings: Readings, size: float, channel: str) -> Array:
     values = readings[channel].copy()
     held = (time > 0.25 * time[-1]) & (time < (0.25 + size) * time[-1])
+    if not held.any():
+        raise InputError(
+            f"effect: stuck_sensor={size:g}: no reading falls into so small a share of the run; give 0.15"
+        )
     values[held] = values[held][0]
     return values
 
@@ -149,7 +156,7 @@ EFFECTS: Mapping[str, Effect] = {
     "open_door": _while("room", 0.2, 0.33, -4.0, "The room is colder for a while than its thermometer says."),
     "air_conditioning": Effect(
         2.0,
-        lambda truth, size, _: replace(truth, room=lambda time: size * np.sin(2 * np.pi * time / 1500.0)),
+        lambda truth, size, _: _beside(truth, "room", lambda time: size * np.sin(2 * np.pi * time / 1500.0)),
         about="The room's temperature goes up and down every 25 minutes beside its thermometer.",
     ),
     "loosening_joint": _while("loosening", 0.35, 2.0, 0.5, "The joint conducts less from some moment on."),
@@ -177,6 +184,17 @@ EFFECTS: Mapping[str, Effect] = {
         "A thermometer's error grows and falls with the temperature.",
     ),
 }
+
+
+def with_changes(time: Array, true: Readings, changes: Iterable[tuple[OnReadings, float, str]]) -> Readings:
+    """Readings after changes to channels, each with its strength, one after the other.
+
+    What a change takes from other channels is the truth, whatever their instruments say.
+    """
+    found = dict(true)
+    for change, size, channel in changes:
+        found[channel] = change(time, {**true, channel: found[channel]}, size, channel)
+    return found
 
 
 def effect_of(name: str) -> Effect:

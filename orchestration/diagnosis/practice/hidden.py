@@ -151,7 +151,7 @@ def simulate(truth: Truth, duty: list[Segment], times: Array, elements: int = 12
         "lband": 3 + lags,
         "uband": 3 + lags,
     }
-    how |= {"first_step": 1e-3, "max_step": 120.0}
+    how |= {"max_step": 120.0}
     start = 0.0
     for segment in duty:
         end = start + segment.duration
@@ -159,7 +159,8 @@ def simulate(truth: Truth, duty: list[Segment], times: Array, elements: int = 12
         asked = np.minimum(times[inside], end)
         rates, at = _rates(truth, segment, mesh), np.union1d(asked, [end])
         with np.errstate(all="ignore"):
-            result = solve_ivp(rates, (start, end), state, t_eval=at, **how)
+            first = min(1e-3, end - start)
+            result = solve_ivp(rates, (start, end), state, t_eval=at, first_step=first, **how)
         if not result.success or not np.isfinite(result.y).all():
             raise InputError(
                 f"effects: between {start:g} and {end:g} s the cell's temperatures grow beyond all bounds; "

@@ -14,7 +14,13 @@ from warmlink.fmus.safe_text import as_cell
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.data.measured import MOST_DAYS
-from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, TEMPERATURES, Readings, effect_of
+from warmlink.orchestration.diagnosis.practice.effects import (
+    CHANNELS,
+    TEMPERATURES,
+    Readings,
+    effect_of,
+    with_changes,
+)
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.diagnosis.practice.hidden_terms import HiddenTerm
 from warmlink.orchestration.files import fresh_file
@@ -115,7 +121,7 @@ def hide(
     Raises
     ------
     InputError
-        An effect is not known.
+        An effect is not known, or the duty cycle is too short for two rows.
     """
     duration = length(duty)
     truth, late = Truth(terms=tuple(terms)), effects.get("clock_offset", 0.0)
@@ -127,6 +133,7 @@ def hide(
     rows = np.append(0.0, np.arange(begins + interval, duration, interval))
     changes = np.cumsum([segment.duration for segment in duty])[:-1]
     rows = np.unique(np.round([*rows, *(changes if at_changes else ())], 3))
+    refuse_too_few(rows, interval)
     lagging = any(name.split(":")[0] in ("sensor_lag", "creep") for name in effects)
     seen = np.clip(rows - late, 0.0, duration)
     dense = np.union1d(np.arange(0.0, duration, 2.0), seen) if lagging else np.unique(seen)
@@ -135,14 +142,23 @@ def hide(
     readings = {f"{name}_temperature": getattr(course, name) for name in TEMPERATURES}
     readings["elongation"] = course.elongation
     readings["ambient"] = demands_at(duty, course.time)["ambient_temperature"]
-    for name, size in effects.items():
-        change, channel = effect_of(name).on_readings, name.partition(":")[2] or "elongation"
-        if change is not None:
-            readings[channel] = change(dense, readings, size, channel)
+    on_readings = [
+        (change, size, name.partition(":")[2] or "elongation")
+        for name, size in effects.items()
+        if (change := effect_of(name).on_readings) is not None
+    ]
+    readings = with_changes(dense, readings, on_readings)
     picked = {name: readings[name][np.searchsorted(dense, seen)] for name in (*CHANNELS, "elongation")}
     found = noisy(rows, picked, noise, np.random.default_rng(seed))
     measured = {f"{channel} [degC]": found[channel] - ZERO_CELSIUS for channel in CHANNELS}
     return {**demand_columns(rows, duty), **measured, "elongation [um]": found["elongation"] * 1e6}
+
+
+def refuse_too_few(rows: Array, interval: float) -> None:
+    """Raise InputError where a run has no two rows, which come at an interval in s."""
+    if rows.size < 2:
+        told = f"a run of one row, for they come every {interval:g} s, the second within {2 * interval:g} s"
+        raise InputError(f"duty: it makes {told}; give at least {2 * interval:g} s")
 
 
 def write_csv(columns: Mapping[str, Array], path: Path) -> None:

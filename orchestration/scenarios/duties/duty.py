@@ -97,7 +97,7 @@ class Drive:
     stop_time: float
     remarks: tuple[str, ...] = field(default=(), kw_only=True)
 
-    def until(self, stop_time: float) -> Self:
+    def until(self, stop_time: float) -> Drive:
         """The same with another stop time in s."""
         return replace(self, stop_time=stop_time)
 
@@ -127,8 +127,8 @@ class Duty(Drive):
         cycles = self.stop_time / length(self.segments) if self.repeat else 1.0
         check_segments(cycles * len(self.segments), self.name)
         found: list[Segment] = []
-        left = self.stop_time
-        while left > 0:
+        left, rounding = self.stop_time, 1e-9 * self.stop_time
+        while left > rounding:
             for i, part in enumerate(self.segments):
                 last = not self.repeat and i + 1 == len(self.segments)  # which holds to the end
                 lasts = left if last else min(part.duration, left)
@@ -136,7 +136,7 @@ class Duty(Drive):
                 segment = replace(part, duration=lasts)
                 if found and replace(found[-1], duration=lasts) == segment:
                     found[-1] = replace(segment, duration=found[-1].duration + lasts)
-                elif lasts > 0:
+                elif lasts > rounding:
                     found.append(segment)
         return tuple(found)
 
@@ -179,6 +179,16 @@ class Recorded(Drive):
             told += (f"{self.name} ends at {self.table.end:g} s{_HOLDS}",)
         return replace(self, stop_time=stop_time, remarks=told)
 
+    @cached_property
+    def begins(self) -> NDArray[np.intp]:
+        """Rows before the stop time that differ from the one before, from 0."""
+        changes = np.zeros(self.table.times.size, dtype=bool)
+        changes[0] = True
+        for each in self.table.columns:
+            changes[1:] |= each[1:] != each[:-1] if each.size > 1 else False
+        begins: NDArray[np.intp] = np.flatnonzero(changes & (self.table.times < self.stop_time))
+        return begins
+
     def start_values(self) -> StartValues:
         """No start values: the table says it all."""
         return {}
@@ -196,20 +206,38 @@ class Recorded(Drive):
         if self.table.linear:
             told = f"{', '.join(sorted(self.table.linear))} is linear between rows, as no segment is"
             raise InputError(f"{self.name}: {told}; have it held")
-        table = self.table
-        values = np.column_stack([np.broadcast_to(each, table.times.shape) for each in table.columns])
-        begins = np.flatnonzero(np.append(True, np.any(values[1:] != values[:-1], axis=1)))
-        begins = begins[table.times[begins] < self.stop_time]
+        table, begins = self.table, self.begins
         check_segments(begins.size, self.name)
+        columns = [each[begins] if each.size > 1 else each for each in table.columns]
+        values = np.column_stack([np.broadcast_to(each, begins.shape) for each in columns])
         lasting = np.diff([*table.times[begins], self.stop_time]).tolist()
         return tuple(
             Segment(
                 **{**dict(zip(table.names, row, strict=True)), "duration": lasts, "pad_mode": round(mode)}
             )
             for row, mode, lasts in zip(
-                values[begins].tolist(), values[begins, table.names.index("pad_mode")], lasting, strict=True
+                values.tolist(), values[:, table.names.index("pad_mode")], lasting, strict=True
             )
         )
+
+
+@dataclass(frozen=True)
+class RecordedSegments(Duty):
+    """Segments of a recorded duty of so few rows that DutyCycle holds them, all but the last row."""
+
+    whole: Recorded = field(kw_only=True, repr=False, compare=False)
+
+    @classmethod
+    def of(cls, whole: Recorded) -> Drive:
+        """A recorded duty up to its stop time as segments; as it is where DutyCycle holds fewer."""
+        if whole.table.linear or whole.begins.size > SEGMENTS:
+            return whole
+        told = whole.name, whole.title, whole.reason, whole.stop_time
+        return cls(*told, whole.unrolled(), remarks=whole.remarks, whole=whole)
+
+    def until(self, stop_time: float) -> Drive:
+        """The same with another stop time in s, after the last row with a segment that holds that row."""
+        return self.of(self.whole.until(stop_time))
 
 
 _HOLDS = "; its last row holds from then on"

@@ -22,8 +22,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.duties.duty import (
     MOST_SEGMENTS,
+    Drive,
     Duty,
-    Recorded,
     Segment,
     check_segments,
     padded,
@@ -173,7 +173,7 @@ def names() -> list[str]:
 
 def load(
     source: str | Path, linear: Sequence[str] = (), columns: Mapping[str, str] = MappingProxyType({})
-) -> Duty | Recorded:
+) -> Drive:
     """Duty cycle from the library by name, or from a .toml, .csv or .parquet file by path.
 
     `linear` names the columns of a recorded one that are so between its rows, `columns` says what its own

@@ -11,7 +11,7 @@ import numpy as np
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.component.table import Played
-from warmlink.fmus.duty_cycle.component import COMPONENT, SEGMENTS
+from warmlink.fmus.duty_cycle.component import COMPONENT
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.recorded_duty.component import COMPONENT as PLAYER
@@ -22,14 +22,15 @@ from warmlink.orchestration.scenarios.duties.duty import (
     PAD_POWER,
     PAD_TEMPERATURE,
     UNITS,
-    Duty,
+    Drive,
     Recorded,
+    RecordedSegments,
     Segment,
     padded,
 )
 from warmlink.orchestration.scenarios.logged.cells import signal, without_gaps
-from warmlink.orchestration.scenarios.logged.clock import times
-from warmlink.orchestration.scenarios.logged.layout import TIME, TIMES, plain, with_suffix
+from warmlink.orchestration.scenarios.logged.clock import of_skipped_hour, times
+from warmlink.orchestration.scenarios.logged.layout import TIME, TIMES, Heading, converts, plain, with_suffix
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
 from warmlink.orchestration.text_files import demand_file, shown
 
@@ -47,7 +48,7 @@ _DEMANDS = {scalar.name: scalar for scalar in COMPONENT.scalars()}
 
 def read_recorded(
     path: Path, linear: Sequence[str] = (), columns: Mapping[str, str] = MappingProxyType({})
-) -> Duty | Recorded:
+) -> Drive:
     """Recorded duty from a table (CSV, Parquet) of columns named `name [unit]`, `time [s]` among them.
 
     Inputs hold until the next row, but those that are `linear` between rows; an empty cell holds the last
@@ -64,32 +65,29 @@ def read_recorded(
     places = _chosen(sheet, columns) if columns else _places(sheet)
     if TIME not in places:
         raise InputError(f"{sheet.name}: no column 'time [s]'; add it")
-    at, _ = times(sheet, places.pop(TIME))
+    time = places.pop(TIME)
+    at, _ = times(sheet, time)
     if at.size < 2:
         raise InputError(f"{path.name}: {at.size} rows under the header; give at least two times")
     demands = _demanded(sheet, {name: _demand(sheet, place) for name, place in places.items()})
     absent = [name for name in ("speed", "torque") if name not in places]
     told = tuple(f"{path.name} has no column {name}, which is taken as 0 {RECORDED[name]}" for name in absent)
+    told += tuple(of_skipped_hour(sheet, time.column, at))
     try:
         table = Played("rows", PLAYER.tables[0].columns, duty_table(at, demands, linear)).table
     except InputError as fault:
         raise InputError(f"{path.name}: {fault}") from None
     # Of the last row nobody knows how long it lasts.
     whole = Recorded(path.stem, path.stem, f"recorded, {path.name}", float(at[-1]), table, remarks=told)
-    values = np.column_stack(
-        [np.broadcast_to(each[:-1] if each.size > 1 else each, at.size - 1) for each in table.columns]
-    )
-    if linear or np.count_nonzero(np.any(values[1:] != values[:-1], axis=1)) >= SEGMENTS:
-        return whole
-    return Duty(whole.name, whole.title, whole.reason, whole.stop_time, whole.unrolled(), remarks=told)
+    return RecordedSegments.of(whole)
 
 
 def _places(sheet: Sheet) -> dict[str, Place]:
     """Column of time and of each demand, by name."""
     found: dict[str, Place] = {}
-    for column, (header, written, unit, *_) in enumerate(sheet.headings):
-        forms: list[tuple[str, str | None]] = [(written, unit), *(() if unit else with_suffix(written))]
-        name, unit = next((form for form in forms if _known(form[0])), forms[0])
+    for column, heading in enumerate(sheet.headings):
+        header = heading.written
+        name, unit = next((form for form in _forms(heading) if _known(form[0])), _forms(heading)[0])
         variable = _known(name)
         if not variable:
             known = instead(plain(name), (*RECORDED, *MEASURED), "or remove it")
@@ -107,6 +105,9 @@ def _chosen(sheet: Sheet, columns: Mapping[str, str]) -> dict[str, Place]:
     """Column of time and of each demand, by name, as the user says it of the file's own names."""
     found: dict[str, Place] = {}
     for own, variable in columns.items():
+        if variable not in RECORDED:
+            told = f"{shown(variable)} is no column of a duty; {instead(variable, RECORDED)}"
+            raise InputError(f"{sheet.name}: columns: {shown(own)}: {told}")
         fits = [i for i, each in enumerate(sheet.headings) if own in (each.name, each.written)]
         if len(fits) != 1:
             told = (
@@ -115,12 +116,20 @@ def _chosen(sheet: Sheet, columns: Mapping[str, str]) -> dict[str, Place]:
             raise InputError(f"{sheet.name}: columns: {'' if fits else 'no column '}{shown(own)}; {told}")
         if variable in found:
             raise InputError(f"{sheet.name}: columns: two columns are {variable}; keep one")
-        _, name, unit, source, _ = sheet.headings[fits[0]]
-        found[variable] = Place(fits[0], name, unit, variable, source, chosen=True)
-    for i, (_, name, unit, source, _) in enumerate(sheet.headings):
-        if TIME not in found and _known(name) == TIME:
-            found[TIME] = Place(i, name, unit, TIME, source, chosen=False)
+        heading = sheet.headings[fits[0]]
+        measures = (form for form in _forms(heading) if form[1] and converts(form[1], RECORDED[variable]))
+        name, unit = next(measures, (heading.name, heading.unit))
+        found[variable] = Place(fits[0], name, unit, variable, heading.source, chosen=True)
+    for i, heading in enumerate(sheet.headings):
+        for name, unit in _forms(heading):
+            if TIME not in found and _known(name) == TIME:
+                found[TIME] = Place(i, name, unit, TIME, heading.source, chosen=False)
     return found
+
+
+def _forms(heading: Heading) -> list[tuple[str, str | None]]:
+    """Name and unit of a heading; without a unit every way in which the name may end in one, too."""
+    return [(heading.name, heading.unit), *(() if heading.unit else with_suffix(heading.name))]
 
 
 def _known(name: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,9 @@ OVERRANGE = 1e30
 MARKS = (999.0, 999.9, 999.99, 9999.0, 9999.9, 99999.0, 999999.0, 32767.0, 32768.0, 65535.0)
 _FAR = 3.0
 """Numbers that stand for "no reading" where they are so many times larger than all others in the column."""
+
+_ORDINARY = {"rad/s": 300.0, "N.m": 1000.0, "W": 1000.0}
+"""Sizes by SI unit up to which such a number is a reading all the same where all others are 0."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +77,8 @@ def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, A
             f"{argument('units', {shorter: usual})}"
         )
     conversion, unit = conversion_to(place.unit, si_unit, sheet.of(place.column), difference=not temperature)
-    read, lost = numbers(sheet, place.column, _OFF if place.variable.endswith(_PADS) else ())
+    off = _OFF if place.variable.endswith(_PADS) else ()
+    read, lost = numbers(sheet, place.column, off, _ORDINARY.get(si_unit, 0.0) / abs(conversion.factor))
     values = conversion.factor * read + conversion.offset
     if scalar is None or temperature or scalar.variable.display == "um":
         low, high = MOST_PLAUSIBLE[si_unit]
@@ -139,12 +144,15 @@ def said_of_empty(sheet: Sheet, place: Place) -> list[str]:
     return [f"{sheet.name}: {empty} of {cells.size} cells of {place.name} are empty and taken for {taken}"]
 
 
-def numbers(sheet: Sheet, column: int, empty: Sequence[str] = ()) -> tuple[Array, Rows]:
+def numbers(
+    sheet: Sheet, column: int, empty: Sequence[str] = (), ordinary: float | None = 0.0
+) -> tuple[Array, Rows]:
     """Numbers of a column in its own unit, NaN where a cell is empty or holds none, shape (rows,).
 
     Beside them the rows of cells that hold words or numbers that stand for "no reading"; those in `empty`, in
-    small letters, stand for an empty cell. InputError is raised where a cell may be read in two ways, looks
-    like a number and is none, or most cells are words.
+    small letters, stand for an empty cell. Up to an `ordinary` size a number is a reading where all others
+    are 0, and of any size where that is None, as for times. InputError is raised where a cell may be read in
+    two ways, looks like a number and is none, or most cells are words.
     """
     cells: Any = sheet.cells[column]
     if cells.dtype.kind in "iufb":
@@ -154,7 +162,8 @@ def numbers(sheet: Sheet, column: int, empty: Sequence[str] = ()) -> tuple[Array
     size = np.abs(values)
     marks = np.isin(size, MARKS)
     usual = float(np.nanmax(np.where(marks | (size >= OVERRANGE), 0.0, size), initial=0.0))
-    none = (size >= OVERRANGE) | (marks & (size > _FAR * usual))
+    most = np.inf if ordinary is None else _FAR * usual or ordinary
+    none = (size >= OVERRANGE) | (marks & (size > most))
     return np.where(none, np.nan, values), np.union1d(words, np.flatnonzero(none))
 
 
@@ -163,7 +172,9 @@ def _of_text(sheet: Sheet, column: int, empty: Sequence[str]) -> tuple[Array, Ro
     import pandas as pd
 
     cells: Any = sheet.cells[column]
-    text = cells.astype(str).str.strip().where(cells.notna(), "").astype(object)
+    # A cell that is a number has no decimal mark that somebody wrote.
+    own = cells.map(lambda cell: isinstance(cell, float | np.floating | Decimal)) & cells.notna()
+    text = cells.astype(str).str.strip().where(cells.notna() & ~own, "").astype(object)
     text = text.where(~text.str.lower().isin(empty), "")
     mark = DECIMALS.get(sheet.decimal, "")
     doubtful = text.str.contains("." if mark == "," else ",", regex=False).to_numpy(dtype=bool)
@@ -174,13 +185,13 @@ def _of_text(sheet: Sheet, column: int, empty: Sequence[str]) -> tuple[Array, Ro
     words = np.flatnonzero((parsed.isna() & (text != "")).to_numpy())
     wrong = text.iloc[words].str.fullmatch(r"(?=[\W\d_])[^#]*\d[^#]*").to_numpy(dtype=bool)
     sheet.refuse(words[wrong], column, "{} is not a number; correct it or leave the cell empty")
-    if 2 * words.size > np.count_nonzero(text != ""):
+    if 2 * words.size > np.count_nonzero((text != "") | own):
         raise InputError(
             f"{sheet.at(int(words[0]), column)}: {shown(text.iloc[words[0]])} and most cells below are no "
             "numbers; correct them, or leave the column out with "
             f"{argument('names', {sheet.headers[column]: ''})}"
         )
-    return plain.where(parsed.notna(), np.nan).astype(float).to_numpy(), words
+    return plain.where(parsed.notna(), np.nan).where(~own, cells).astype(float).to_numpy(), words
 
 
 def _without_thousands(sheet: Sheet, row: int, column: int, cell: str, mark: str) -> str:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +14,13 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.logged.cells import numbers
-from warmlink.orchestration.scenarios.logged.dates import HOUR, NoTimeError, seconds, written_seconds
+from warmlink.orchestration.scenarios.logged.dates import (
+    HOUR,
+    NoTimeError,
+    as_written,
+    seconds,
+    written_seconds,
+)
 from warmlink.orchestration.scenarios.logged.layout import COUNT, NUMBER, conversion_to
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
 from warmlink.orchestration.text_files import shown
@@ -22,6 +30,12 @@ if TYPE_CHECKING:
 
 _BESIDE = 600.0
 """s by which two rows may be apart, between which an hour begins anew at the end of summer time."""
+
+_WALL = re.compile(r"(?:(?P<day>\d{4}-\d\d-\d\d)|[\w./, -]+)[T ](?P<hour>\d\d?):\d\d(?::\d\d(?:\.\d+)?)?")
+"""A date with the time of the day that a clock on the wall shows, without an offset from UTC."""
+
+_SUNDAY = 6
+"""Day of the week on which clocks are put forward."""
 
 _EPOCHS = {
     "s": (1.0, 1e9, 4e9),
@@ -50,14 +64,20 @@ def times(sheet: Sheet, place: Place, date: Place | None = None) -> tuple[Array,
     counts = sum(bool(NUMBER.fullmatch(cell)) for cell in written)
     if kind in "mM":
         values, taken = seconds(cells), "date" if kind == "M" else "duration"
-    elif kind in "iufb" or 2 * counts > len(written) or written.empty:
+    elif not _is_form(place.unit) and (kind in "iufb" or 2 * counts > len(written) or written.empty):
         values, taken = _counted(sheet, column, place.unit)
     else:
-        text = cells.astype(str).where(cells.notna(), "").str.strip()
+        text = as_written(cells, place.unit or "") if kind in "iuf" else cells.astype(str)
+        text = text.where(cells.notna(), "").str.strip()
         if date is not None:
             text = sheet.cells[date.column].astype(str).str.strip().str.removesuffix(" 00:00:00") + " " + text
         values, taken = _written(sheet, column, text, place.unit)
     return _checked(sheet, column, values), taken
+
+
+def _is_form(unit: str | None) -> bool:
+    """Whether a unit is a form of dates, as `%d/%m/%Y %H:%M:%S`."""
+    return unit is not None and "%" in unit
 
 
 def _unit_in(cells: Sequence[str]) -> str:
@@ -70,7 +90,7 @@ def _unit_in(cells: Sequence[str]) -> str:
 def _without_unit(sheet: Sheet, place: Place, unit: str) -> tuple[Sheet, Place]:
     """Times without the unit in their cells, which their place has instead; InputError where both differ."""
     where, column = sheet.of(place.column), place.column
-    if place.unit is not None and "%" not in place.unit:
+    if place.unit is not None and not _is_form(place.unit):
         one, other = (conversion_to(each, "s", where, difference=True)[0] for each in (place.unit, unit))
         if one.factor != other.factor:
             raise InputError(f"{where}: its header says {place.unit}, its cells {unit}; correct the header")
@@ -82,7 +102,7 @@ def _without_unit(sheet: Sheet, place: Place, unit: str) -> tuple[Sheet, Place]:
 
 
 def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
-    values, lost = numbers(sheet, column)
+    values, lost = numbers(sheet, column, ordinary=None)
     sheet.refuse(lost, column, "{} is no time; correct it or remove the row")
     if unit is not None:
         conversion, unit = conversion_to(unit, "s", sheet.of(column), difference=True)
@@ -115,6 +135,25 @@ def _checked(sheet: Sheet, column: int, values: Array) -> Array:
     for row in np.flatnonzero(np.diff(values, prepend=-np.inf) <= 0)[:1].tolist():
         raise InputError(f"{sheet.at(row, column)}: {_out_of_order(sheet, column, row, values)}")
     return values - values[0]
+
+
+def of_skipped_hour(sheet: Sheet, column: int, values: Array) -> list[str]:
+    """Remark where times in s, as `times` gives them, may count an hour that clocks skipped."""
+    cells, steps = sheet.cells[column], np.diff(values)
+    if cells.dtype.kind in "miuf":
+        return []
+    for row in (1 + np.flatnonzero((steps >= HOUR) & (steps <= HOUR + _BESIDE))).tolist():
+        ends = [_WALL.fullmatch(str(cells.iloc[each]).strip()) for each in (row - 1, row)]
+        before, after = (end and int(end["hour"]) for end in ends)
+        days = [datetime.fromisoformat(end["day"]).weekday() for end in ends if end and end["day"]]
+        if before in (0, 1) and after == before + 2 and all(day == _SUNDAY for day in days):
+            earlier, later = (sheet.cell(each, column) for each in (row - 1, row))
+            told = (
+                f"{later} is taken to come {steps[row - 1]:g} s after {earlier}; if clocks were put forward"
+            )
+            remedy = "take an hour off the times from this row on, or write all in UTC or with their offset"
+            return [f"{sheet.at(row, column)}: {told} between, as for summer time, {remedy}"]
+    return []
 
 
 def _out_of_order(sheet: Sheet, column: int, row: int, values: Array) -> str:

@@ -16,7 +16,7 @@ from warmlink.orchestration.arrays import Array
 if TYPE_CHECKING:
     import pandas as pd
 
-HOUR, DAY = 3600.0, 86400.0
+MINUTE, HOUR, DAY = 60.0, 3600.0, 86400.0
 
 _MINUTES = re.compile(r"\d+:\d\d\.\d+")
 _CLOCK = re.compile(r"\d+:\d\d(:\d\d(\.\d+)?)?")
@@ -34,6 +34,9 @@ _DATES = (
     (r"[A-Za-z]{3} \d+,? \d{4}", ("%b-%d-%Y",)),
 )
 """Dates by their look, each with the orders of day, month and year that it may have."""
+
+_DIGITS = {"Y": 4, **dict.fromkeys("mdyHIMS", 2)}
+"""Digits of what directives of a form stand for."""
 
 _LOOKS = {"Y": r"\d{4}", "b": "[A-Za-z]{3}", "f": r"\d+", "p": "[AaPp][Mm]"}
 """Patterns of what directives of a form stand for; `dHIMmSy` have one or two digits."""
@@ -63,6 +66,14 @@ def seconds(cells: Any) -> Array:
     except OverflowError:  # more than 292 years, counted in ns
         passed = cells.dt.as_unit("us") - filled.iloc[0].as_unit("us")
     return np.asarray(passed.dt.total_seconds(), dtype=np.float64)
+
+
+def as_written(cells: Any, form: str) -> pd.Series:
+    """Text of cells that were read as numbers: with the zeros before them if the form is digits alone."""
+    text = cells.map(lambda cell: f"{cell:.0f}" if cell == np.floor(cell) else str(cell), na_action="ignore")
+    directives = re.fullmatch(f"(?:%[{''.join(_DIGITS)}])+", form)
+    digits = sum(_DIGITS[each] for each in form if each != "%") if directives else 0
+    return text.fillna("").where(cells.isna(), text.astype(str).str.zfill(digits))
 
 
 def written_seconds(text: pd.Series, form: str | None, header: str) -> tuple[Array, str]:
@@ -96,7 +107,17 @@ def written_seconds(text: pd.Series, form: str | None, header: str) -> tuple[Arr
     forms = [f"{order}{stamp['between']}{hours}" for order in orders]
     if orders[0] == "%Y-%m-%d" and "%p" not in hours:
         forms = ["ISO8601"]
+        _refuse_unlike(text)
     return _by_forms(text, given, header, forms)
+
+
+def _refuse_unlike(text: pd.Series) -> None:
+    """Raise NoTimeError where ISO dates lack what others have, and would be read as midnight, or as UTC."""
+    short = text.str.fullmatch(r"[\d-]+(?:[T ]\d+)?")
+    _refuse(short, "{} lacks the time of the day, or its minutes, that other rows have; give it in full")
+    has_offset = text.str.contains(r":\d\d.*(?:Z|[+-]\d\d(?::?\d\d)?)$")
+    if has_offset.any():
+        _refuse(~has_offset, "{} has no offset from UTC, as other rows have; give it, or give none")
 
 
 def _as_said(header: str, form: str) -> str:
@@ -142,7 +163,7 @@ def _of_form(text: pd.Series, header: str, form: str) -> tuple[Array, str]:
     if re.search("%[aAbBcdDeFGjmuUVwWxyY]", form):
         return seconds(stamps), f"date {form.replace('%', '')}"
     values = np.asarray((stamps - stamps.iloc[0].normalize()).dt.total_seconds(), dtype=np.float64)
-    period = DAY if re.search("%[HITcX]", form) else HOUR
+    period = DAY if re.search("%[HITcX]", form) else HOUR if "%M" in form else MINUTE
     return _going_on(values, period), form.replace("%", "")
 
 

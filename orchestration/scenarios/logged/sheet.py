@@ -7,6 +7,7 @@ mark, header, row of units, comments.
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import StringIO
@@ -184,6 +185,8 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
             f"{name}: row {short} has fewer cells than there are headers, and between spaces an empty cell "
             "is not seen; write NaN in it, or separate cells by semicolons"
         )
+    if separator == " ":
+        cells = cells.apply(lambda each: each if each.dtype.kind in "iufb" else each.where(each != "NaN"))
     words = [f"separated by {layout.SEPARATORS.get(separator, repr(separator))}"]
     words += [f"decimal {mark}"] if mark else []
     words += [f"{len(comments)} comment line{'s' * (len(comments) > 1)}"] if comments else []
@@ -196,19 +199,24 @@ def _parsed(text: str, name: str, separator: str, width: int, mark: str) -> pd.D
     import pandas as pd
 
     try:
-        cells = pd.read_csv(
-            StringIO(text),
-            sep=r"\s+" if separator == " " else separator,
-            header=None,
-            names=range(width),
-            index_col=False,
-            skip_blank_lines=False,
-            skipinitialspace=True,
-            keep_default_na=False,  # a word is counted, not passed over
-            na_values=[""],
-            decimal=DECIMALS.get(mark, "."),
-            low_memory=False,
-        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            cells = pd.read_csv(
+                StringIO(text),
+                sep=r"\s+" if separator == " " else separator,
+                header=None,
+                names=range(width),
+                index_col=False,
+                skip_blank_lines=False,
+                skipinitialspace=True,
+                keep_default_na=False,  # a word is counted, not passed over
+                na_values=[""],
+                decimal=DECIMALS.get(mark, "."),
+                low_memory=False,
+            )
+    except pd.errors.ParserWarning:  # pandas would cut its first row
+        told = "the first row has more cells than there are headers"
+        raise InputError(f"{name}: {told}; {_remedy(separator)}") from None
     except ValueError as fault:  # pandas' own faults are of this kind
         told = f"cannot be read as columns ({_last(fault)}); {_remedy(separator)}"
         raise InputError(f"{name}: {told}") from None

@@ -43,7 +43,13 @@ def test_weights_of_a_weighted_sum() -> None:
     assert Expression("a.x + 2 * b.y - c.z / 4").weights() == {"a.x": 1.0, "b.y": 2.0, "c.z": -0.25}
 
 
-@pytest.mark.parametrize("text", ["a.x * b.y", "a.x + 1", "abs(a.x - b.y)", "sqrt(a.x)"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("a.x * b.y", "a.x + 1", "a.x + 1e-9", "abs(a.x - b.y)", "sqrt(a.x)", "sqrt(a.x ** 2)"),
+        *("abs(a.x)", "2 * a.x - abs(b.y)", "abs(a.x + b.y)", "abs(a.x - 1000) + a.x - 1000"),
+    ],
+)
 def test_what_is_not_linear_has_no_weights(text: str) -> None:
     with pytest.raises(InputError, match="is not linear"):
         Expression(text).weights()

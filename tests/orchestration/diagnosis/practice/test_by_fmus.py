@@ -13,7 +13,12 @@ from tests.orchestration.machine.strangers import machine
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.diagnosis.practice.by_fmus import effect_in, effects_in
+from warmlink.orchestration.diagnosis.practice.by_fmus import (
+    HiddenEffect,
+    effect_in,
+    effects_in,
+    values_together,
+)
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import rig_of
 
@@ -56,6 +61,40 @@ def test_a_cause_starts_from_what_the_machine_has(gantry: str) -> None:
     assert effect_in(rig, "radiation:x_link").values(system, 0.6) == {"x_link.emissivity": 0.6}
 
 
+def test_effects_on_one_variable_add_up_or_are_refused(gantry: str) -> None:
+    scenario = load_scenario(gantry)
+    system, rig = scenario.system(scenario.files(FmuStore("native"))), rig_of(gantry)
+    x, b = "x_link.emissivity", "x_link.initial_temperature"
+
+    def found(**sizes: float) -> dict[str, float]:
+        return values_together(system, {name: made[name] for name in sizes}, sizes)
+
+    made = {
+        "warmer": effect_in(rig, "start_temperature"),
+        "again": HiddenEffect(1.0, (b,), added=True),
+        "scaled": HiddenEffect(1.0, (b,), relative=True),
+        "twice": HiddenEffect(1.0, (b,), relative=True),
+        "radiation": effect_in(rig, "radiation:x_link"),
+        x: effect_in(rig, x),
+    }
+    assert found(warmer=3.0, again=1.5)[b] == found(again=1.5, warmer=3.0)[b] == pytest.approx(299.65)
+    assert found(scaled=0.5, twice=3.0)[b] == pytest.approx(1.5 * 295.15)
+    with pytest.raises(InputError, match=f"'radiation' and '{x}' both set {x}; give one of them"):
+        found(**{"radiation": 0.6, x: 0.5})
+    with pytest.raises(InputError, match=f"'warmer' and 'scaled' both set {b}"):
+        found(warmer=3.0, scaled=1.1)
+
+
+def test_the_air_of_the_link_is_off_by_all_that_is_hidden() -> None:
+    def tip(effects: dict[str, float]) -> float:
+        return float(wl.hide(effects, scenario="still_with_pad", seed=1)["tip_temperature [degC]"].iloc[-1])
+
+    both = tip({"ambient_offset": 1.5, "link_air_offset": 1.2})
+    assert both - tip({"ambient_offset": 1.5}) == pytest.approx(
+        tip({"link_air_offset": 1.2}) - tip({}), rel=0.1
+    )
+
+
 def test_any_parameter_of_a_foreign_part_hides(spindle: str) -> None:
     plain, hidden = (wl.hide(each, scenario=spindle, seed=1) for each in ({}, {"spindle.friction": 3.0}))
     assert set(plain.columns) == {"time [s]", *SPINDLE, "column.elongation [um]"}
@@ -93,6 +132,10 @@ def test_another_duty_cycle_drives_it(gantry: str) -> None:
         (["x_motor.joint_conductance"], "has no usual strength; write x_motor.joint_conductance=VALUE"),
         (["x_motor.joint_conductance=-1"], "x_motor.joint_conductance: -1"),
         (["conductivity:x_link=0"], "the strength is a factor"),
+        (
+            ["stuck_sensor:tip_temperature=0"],
+            "effect: stuck_sensor=0: no reading falls into so small a",
+        ),
         (["--with", "fea"], "a machine is computed by its FMUs; leave --with fea out"),
         (["--axis", "3"], "leave --scenario"),
         (["--duty", "six_axis_shift"], "is made for SixAxisArm"),

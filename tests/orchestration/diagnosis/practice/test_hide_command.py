@@ -11,8 +11,10 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.fit.verdict import assess
-from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, about_effects, effect_of
+from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, about_effects, effect_of, with_changes
+from warmlink.orchestration.diagnosis.practice.hidden import Truth
 from warmlink.orchestration.diagnosis.practice.hide import STILL, duty_of, hide, write_csv
+from warmlink.orchestration.scenarios.duties.duty import length
 
 FOLDER = "warmlink.orchestration.report.diagnosis"
 DUTY = (
@@ -49,6 +51,61 @@ def test_a_run_follows_a_recorded_duty_cycle(
     assert table.loc[612.9:613.1].empty
     assert table["pad_temperature [degC]"].notna().sum() == pytest.approx(119, abs=2)
     assert assess(read_experiment(Path("run.csv"))).best.key == {"joint_resistance"}
+
+
+def test_what_bends_the_link_is_its_true_gradient_in_any_order() -> None:
+    true = {
+        "elongation": np.full(3, 1e-4),
+        "base_temperature": np.full(3, 310.0),
+        "tip_temperature": np.full(3, 300.0),
+    }
+    bent = EFFECTS["bending"].on_readings, 0.08e-6, "elongation"
+    off = EFFECTS["sensor_offset"].on_readings, 5.0, "base_temperature"
+    for changes in ([bent, off], [off, bent]):
+        found = with_changes(np.arange(3.0), true, changes)
+        assert found["elongation"] == pytest.approx(108e-6)
+        assert found["base_temperature"] == pytest.approx(315.0)
+    assert true["base_temperature"].tolist() == [310.0] * 3
+
+
+def test_what_moves_the_room_adds_up() -> None:
+    both = Truth()
+    for name in ("open_door", "air_conditioning"):
+        change = EFFECTS[name].on_truth
+        assert change is not None
+        both = change(both, EFFECTS[name].size, 7200.0)
+    assert both.room(1875.0) == pytest.approx(-4.0 + 2.0)
+
+
+def test_pieces_of_a_repeated_duty_cycle_may_be_shorter_than_a_step() -> None:
+    parts = "".join(
+        f'[[segment]]\nduration = "{lasts} s"\nspeed = "{speed} rad/s"\n'
+        for lasts, speed in ((7.3, 1), (2.9, 2), (1.8, 0))
+    )
+    Path("rep.toml").write_text(f'stop_time = "1800 s"\nrepeat = true\n{parts}')
+    duty = duty_of("rep.toml")
+    assert len(duty) == 450
+    assert length(duty) == pytest.approx(1800.0)
+    Path("fast.csv").write_text("time [s],speed [rad/s]\n0,1\n0.0005,2\n30,2\n")
+    assert len(hide({}, duty_of("fast.csv"))["time [s]"]) >= 2
+
+
+@pytest.mark.parametrize("scenario", [(), ("--scenario", "still_with_pad")])
+def test_a_duty_cycle_that_is_too_short_for_two_rows_is_refused(
+    scenario: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("short.toml").write_text('stop_time = "8 s"\n[[segment]]\nduration = "8 s"\nspeed = "1 rad/s"\n')
+    arguments = ["hide", "joint_resistance", "--duty", "short.toml", *scenario]
+    code, _, err = ended(arguments, monkeypatch, capsys)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "duty: it makes a run of one row" in err
+    assert "give at least 20 s" in err
+
+
+@pytest.mark.parametrize("size", [0.0, 0.0005, -0.1])
+def test_a_sensor_that_is_stuck_for_no_reading_is_refused(size: float) -> None:
+    with pytest.raises(InputError, match=r"effect: stuck_sensor=.*: no reading falls into .*; give 0\.15"):
+        hide({"stuck_sensor:tip_temperature": size})
 
 
 def test_a_scenario_s_duty_cycle_lasts_as_long_as_the_scenario() -> None:

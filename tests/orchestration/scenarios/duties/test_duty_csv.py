@@ -49,6 +49,30 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("2026-03-29 01:59:50", "2026-03-29 03:00:00", True),
+        ("29.03.2026 01:59:50", "29.03.2026 03:00:00", True),
+        ("2026-03-30 01:59:50", "2026-03-30 03:00:00", False),
+        ("2026-03-29 08:59:50", "2026-03-29 10:00:00", False),
+        ("2026-03-29T00:59:50Z", "2026-03-29T02:00:00Z", False),
+    ],
+)
+def test_an_hour_that_clocks_may_have_skipped_is_said(
+    tmp_path: Path, before: str, after: str, said: bool
+) -> None:
+    head = "time,speed [rad/s],torque [N.m]"
+    duty = read_recorded(written(tmp_path, f"{head}\n{before},3,1\n{after},3,2\n"))
+    assert duty.stop_time == 3610
+    assert len(duty.remarks) == said
+    for remark in duty.remarks:
+        assert remark.startswith(
+            f"recorded.csv: row 3, column 'time': '{after}' is taken to come 3610 s after"
+        )
+        assert "if clocks were put forward" in remark
+
+
+@pytest.mark.parametrize(
     ("text", "sentence"),
     [
         ("time [s],torqe [N.m]\n0,1\n1,1", "column 'torqe \\[N.m\\]' is not known; did you mean torque\\?"),
@@ -61,6 +85,11 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
             "'torque \\[mN.m\\]' are both torque; keep one",
         ),
         ("time [s],time [h]\n0,1\n1,1", "are both time; keep one"),
+        (
+            "time [s],speed [rpm],torque [N.m]\n0,3,2,,7\n1,3,2\n2,3,2\n3,3,2",
+            "the first row has more cells th",
+        ),
+        ("time [s],speed [rpm],torque [N.m]\n0,3,2\n1,3,2,,7\n2,3,2\n3,3,2", "cannot be read as columns"),
         ("time [s],torque [N.m]\n0,2,5\n1,2,5", "row 2 has more cells than there are headers \\(2\\); give"),
         ("time [s],pad_power [W],pad_temperature [K]\n0,1,300\n1,,", "row 2: .* exclude each other"),
         ("torque [N.m],speed [rad/s]\n1,1\n2,1", "no column 'time \\[s\\]'; add it"),
@@ -157,6 +186,30 @@ def test_a_table_is_unrolled_into_its_rows_up_to_the_end_of_the_run(tmp_path: Pa
     assert len(duty.until(500.0).until(400.0).remarks) == len(duty.remarks)
 
 
+@pytest.mark.parametrize("constant", [1, 20])
+def test_the_last_row_holds_after_it_however_few_rows_there_are(tmp_path: Path, constant: int) -> None:
+    rows = [f"{600 * i / constant},{3.43 + 0.01 * i},2.5" for i in range(constant)]
+    text = "\n".join(["time [s],speed [rad/s],torque [N.m]", *rows, "600,0,0"])
+    duty = read_recorded(written(tmp_path, text))
+    assert isinstance(duty, Duty)
+    longer = duty.until(1200.0)
+    *_, last = longer.unrolled()
+    assert (last.duration, last.speed, last.torque) == (600.0, 0.0, 0.0)
+    assert longer.start_values()["duty"][f"segment_speed[{constant + 1}]"] == 0.0
+    assert longer.remarks == ("recorded ends at 600 s; its last row holds from then on",)
+    assert longer.until(600.0) == duty
+
+
+def test_as_many_segments_as_duty_cycle_holds_are_a_table_after_their_last_row(tmp_path: Path) -> None:
+    rows = [f"{10 * i},{i}" for i in range(33)]
+    duty = read_recorded(written(tmp_path, "\n".join(["time [s],speed [rad/s]", *rows])))
+    assert len(duty.unrolled()) == 32
+    assert not duty.tables
+    assert duty.until(400.0).tables
+    assert duty.until(400.0).unrolled()[-1].speed == 32
+    assert duty.until(400.0).remarks[-1] == "recorded ends at 320 s; its last row holds from then on"
+
+
 def test_so_few_rows_that_are_linear_are_a_table_too(tmp_path: Path) -> None:
     path = written(tmp_path, f"{HEADER}\n{ROWS}")
     assert isinstance(read_recorded(path), Duty)
@@ -189,6 +242,7 @@ def test_a_logs_own_names_are_said_and_the_rest_is_not_read(tmp_path: Path) -> N
     ("columns", "sentence"),
     [
         ({"v": "speed"}, "no column 'time \\[s\\]'; add it"),
+        ({"v": "bogus"}, "columns: 'v': 'bogus' is no column of a duty; choose time, speed, "),
         ({"Stamp": "time", "w": "speed"}, "columns: no column 'w'; choose Stamp, v, current or room"),
         ({"Stamp": "time", "v": "speed", "room": "speed"}, "columns: two columns are speed; keep one"),
     ],
@@ -196,6 +250,19 @@ def test_a_logs_own_names_are_said_and_the_rest_is_not_read(tmp_path: Path) -> N
 def test_names_that_do_not_fit_are_refused(tmp_path: Path, columns: dict[str, str], sentence: str) -> None:
     with pytest.raises(InputError, match=f"^recorded.csv: {sentence}"):
         read_recorded(written(tmp_path, LOGGED), columns=columns)
+
+
+def test_units_at_the_end_of_names_count_whoever_names_the_columns(tmp_path: Path) -> None:
+    path = written(tmp_path, "time_min,v_rpm,I_A\n0,30,1\n5,60,2\n10,0,3\n")
+    found = read_recorded(path, columns={"v_rpm": "speed"}).unrolled()
+    assert [each.duration for each in found] == [300, 300]
+    assert [each.speed for each in found] == pytest.approx([math.pi, 2 * math.pi])
+
+
+def test_between_spaces_nan_is_an_empty_cell(tmp_path: Path) -> None:
+    head = "time[s] speed[rad/s] pad_temperature[degC]"
+    found = segments_of(written(tmp_path, f"{head}\n0 1 36\n10 NaN NaN\n20 2 36\n30 2 36\n"))
+    assert [(each.speed, each.pad_mode) for each in found] == [(1, 2), (1, 0), (2, 2)]
 
 
 def test_written_segments_beyond_what_the_component_holds_are_refused_with_a_remedy() -> None:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.orchestration.scenarios.logged.cells import as_input, numbers, said_of_empty, without_gaps
+from warmlink.orchestration.scenarios.logged.cells import (
+    as_input,
+    numbers,
+    said_of_empty,
+    signal,
+    without_gaps,
+)
 from warmlink.orchestration.scenarios.logged.layout import headings
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
 
@@ -41,6 +49,30 @@ def test_what_stands_for_no_reading_is_none(
     found, rows = numbers(sheet(cells), 0)
     np.testing.assert_array_equal(found, values)
     assert rows.tolist() == lost
+
+
+def test_a_number_among_words_is_itself_whatever_mark_the_text_has() -> None:
+    cells = [1.234, "overload", 2.345, 3.5, np.float32(0.25), Decimal("1.125"), None, 7, "4,5"]
+    found, rows = numbers(sheet(cells, decimal="comma"), 0)
+    np.testing.assert_array_equal(found, [1.234, np.nan, 2.345, 3.5, 0.25, 1.125, np.nan, 7.0, 4.5])
+    assert rows.tolist() == [1]
+
+
+@pytest.mark.parametrize(
+    ("unit", "si", "cells", "lost"),
+    [
+        ("rpm", "speed", [0.0, 999.0, 0.0], []),
+        ("rpm", "speed", [0.0, 65535.0, 0.0], [1]),
+        ("rpm", "speed", [0.0, 9999.0, 30.0], [1]),
+        ("N.m", "torque", [0.0, 999.0, 0.0], []),
+        ("N.m", "torque", [0.0, 999.0, 2.5], [1]),
+        ("degC", "ambient_temperature", [0.0, 999.0, 0.0], [1]),
+    ],
+)
+def test_beside_zeros_alone_an_ordinary_number_is_a_reading(
+    unit: str, si: str, cells: list[object], lost: list[int]
+) -> None:
+    assert signal(sheet(cells), place(si, unit), SCALARS[si])[2].tolist() == lost
 
 
 def test_decimal_commas_and_thousands() -> None:

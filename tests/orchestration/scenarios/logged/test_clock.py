@@ -28,6 +28,10 @@ def test_numbers_count_in_the_unit_of_the_header_or_of_the_cells() -> None:
     assert read(["5 ms", "25 ms"]) == ([0.0, 0.02], "ms")
 
 
+def test_a_time_that_elsewhere_stands_for_no_reading_is_a_time() -> None:
+    assert read([0, 300, 999], "s")[0] == [0, 300, 999]
+
+
 def test_counts_since_1970_need_no_unit() -> None:
     assert read([1_795_000_000.0, 1_795_000_060.0]) == ([0.0, 60.0], "s since 1970")
     assert read([1_795_000_000_000.0, 1_795_000_000_500.0]) == ([0.0, 0.5], "ms since 1970")
@@ -35,6 +39,20 @@ def test_counts_since_1970_need_no_unit() -> None:
     assert read([count, count + 3_000_000_000]) == ([0.0, 3.0], "ns since 1970")
     with pytest.raises(InputError, match=r"log\.csv: column 'time' has no unit; head it as 'time \[s\]'"):
         read([0.0, 60.0])
+
+
+@pytest.mark.parametrize(
+    ("cells", "form", "seconds"),
+    [
+        ([50, 55, 57], "%S", [0, 5, 7]),
+        ([50.5, 55.0, 57.25], "%S", [0, 4.5, 6.75]),
+        (["50", "55", "57"], "%S", [0, 5, 7]),
+        ([20261101015950, 20261101020000], "%Y%m%d%H%M%S", [0, 10]),
+        ([59, 130, 10000], "%H%M%S", [0, 31, 3541]),
+    ],
+)
+def test_numbers_may_have_a_form_of_dates(cells: list[object], form: str, seconds: list[float]) -> None:
+    assert read(cells, form)[0] == seconds
 
 
 def test_a_date_stands_beside_the_time_of_the_day() -> None:

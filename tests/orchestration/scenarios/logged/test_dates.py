@@ -29,6 +29,8 @@ from warmlink.orchestration.scenarios.logged.dates import NoTimeError, seconds, 
         (["22.11.2026 10:00:00", "22.11.2026 10:00:01,5"], "%d.%m.%Y %H:%M:%S", [0, 1.5], "date d.m.Y H:M:S"),
         (["23:58", "23:59", "00:00"], "%H:%M", [86280, 86340, 86400], "H:M"),
         (["58:30", "59:30", "00:30"], "%M:%S", [3510, 3570, 3630], "M:S"),
+        (["2026-11-01T01:59:50Z", "2026-11-01T03:00:00+01:00"], None, [0, 10], "date"),
+        (["58.5", "59.5", "0.5"], "%S", [58.5, 59.5, 60.5], "S"),
         (["11:59 PM", "12:01 AM"], "%I:%M %p", [86340, 86460], "I:M p"),
     ],
 )
@@ -59,6 +61,10 @@ def test_seconds_and_form(texts: list[str], form: str | None, values: list[float
         (["10:00:75", "10:01:00"], 0, "HH:MM:SS with minutes and seconds below 60"),
         (["0:01.5", "0:75.0"], 1, "seconds below 60"),
         (["08:00:00", "999999999:00:00"], 1, "{} is not of the form HH:MM:SS"),
+        (["2026-11-01T01:59:50", "2026-11-01T01:00:00-05:00"], 0, "{} has no offset from UTC, as other rows"),
+        (["2026-11-01T01:59:50Z", "2026-11-01 02:00"], 1, "{} has no offset from UTC, as other rows"),
+        (["2026-10-25 08:00:00", "2026-10-26"], 1, "{} lacks the time of the day, or its minutes"),
+        (["2026-10-25 08:00:00", "2026-10-25 09"], 1, "{} lacks the time of the day, or its minutes"),
     ],
 )
 def test_the_first_that_is_none_is_told_by_its_row(texts: list[str], row: int, sentence: str) -> None:
