@@ -166,9 +166,11 @@ def test_a_camera_is_followed_as_far_as_duty_or_thermometers_bear_it_out() -> No
     for seen in (duty, sensed):
         found = told(duty, 25e-6, camera=Look(seen, 1.0), **apart)
         assert (float(found.lower), float(found.upper)) == pytest.approx((seen, seen))
-    alone = told(duty, 25e-6, camera=Look(100e-6, 1.0), **apart)
-    without = told(duty, 25e-6, **apart)
-    assert (float(alone.lower), float(alone.upper)) == (float(without.lower), float(without.upper))
+    lately = {**apart, "agreed_for": 2 * AGREEMENT_TIME}
+    for seen, when in ((100e-6, apart), (sensed, lately)):
+        found = told(duty, 25e-6, camera=Look(seen, 1.0), **when)
+        without = told(duty, 25e-6, **when)
+        assert (float(found.lower), float(found.upper)) == (float(without.lower), float(without.upper))
 
 
 def test_duty_and_thermometers_apart_do_not_outvote_a_camera_that_denies_the_filter() -> None:
