@@ -18,8 +18,9 @@ from warmlink.fmus.component import Component, Parameter, State
 
 @as_c_function
 def inner(value: Any) -> Any:
-    """What a function calls."""
-    return value * value
+    """What a function calls, with a result that may not be called so."""
+    real = value * value
+    return real  # noqa: RET504 - the name is what is tried
 
 
 @as_c_function
