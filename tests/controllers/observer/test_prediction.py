@@ -78,3 +78,12 @@ def test_modes_decay_at_rest_and_warm_where_it_moves() -> None:
     assert np.dot(P.elongation_row, moved.alert.mean[:MODES]) > np.dot(
         P.elongation_row, later.quiet.mean[:MODES]
     )
+
+
+def test_at_rest_modes_are_as_uncertain_as_the_model_s_profile_in_the_end() -> None:
+    profile = np.diag([*(np.asarray(P.profile_std) ** 2), *[0.0] * HEATS])
+    assert (np.diag(profile)[:MODES] > 0).any()
+    later = predict(filters(np.zeros((2, STATES)), profile, profile), STILL, P)
+    for each in (later.alert, later.quiet):
+        kept = np.diag(symmetric(each.spread, STATES))[:MODES]
+        np.testing.assert_allclose(kept, np.diag(profile)[:MODES], rtol=1e-9)
