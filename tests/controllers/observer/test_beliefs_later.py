@@ -80,10 +80,12 @@ def test_modes_decay_at_rest_and_warm_where_it_moves() -> None:
     )
 
 
-def test_at_rest_modes_are_as_uncertain_as_the_model_s_profile_in_the_end() -> None:
-    profile = np.diag([*(np.asarray(P.profile_std) ** 2), *[0.0] * HEATS])
-    assert (np.diag(profile)[:MODES] > 0).any()
-    later = predict(filters(np.zeros((2, STATES)), profile, profile), STILL, P)
-    for each in (later.alert, later.quiet):
-        kept = np.diag(symmetric(each.spread, STATES))[:MODES]
-        np.testing.assert_allclose(kept, np.diag(profile)[:MODES], rtol=1e-9)
+def test_at_rest_modes_stay_as_uncertain_as_the_profile_and_the_quiet_filter_expects_its_share() -> None:
+    profile = np.asarray(P.profile_std) ** 2
+    assert (profile > 0).any()
+    spread = np.diag([*profile, *[0.0] * HEATS])
+    later = predict(filters(np.zeros((2, STATES)), spread, spread), STILL, P)
+    alert, quiet = (np.diag(symmetric(each.spread, STATES))[:MODES] for each in (later.alert, later.quiet))
+    np.testing.assert_allclose(alert, profile, rtol=1e-9)
+    fresh = P.quiet_share**2 * (1.0 - P.decay**2) * profile
+    np.testing.assert_allclose(quiet, P.decay**2 * profile + fresh, rtol=1e-9)
