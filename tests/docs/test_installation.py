@@ -6,7 +6,6 @@ import os
 import shutil
 import subprocess
 import sys
-import sysconfig
 from importlib.metadata import distribution, requires
 from pathlib import Path
 
@@ -88,9 +87,11 @@ def test_the_first_page_installs_and_runs(copy: Path, installed: Path) -> None:
 
 
 def test_who_changes_it_installs_it_in_place(copy: Path, installed: Path) -> None:
-    for each in Path(sysconfig.get_path("purelib")).iterdir():
-        if "warmlink" not in each.name:
-            (installed / each.name).symlink_to(each)
+    # An environment may stand on another one, whose packages are there too.
+    for folder in (Path(place) for place in sys.path if Path(place).name.endswith("-packages")):
+        for each in folder.iterdir():
+            if "warmlink" not in each.name and not (installed / each.name).exists():
+                (installed / each.name).symlink_to(each)
     found = "cd /\nimported='import warmlink.orchestration.cli as it; print(it.__file__)'\n"
     told = done(CHANGE + found + f'{copy}/.venv/bin/python -c "$imported"', copy, str(installed))
     assert told.splitlines()[-1] == str(copy / "orchestration" / "cli.py")

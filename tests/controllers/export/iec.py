@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import warmlink as wl
+from tests.built import built
 from warmlink.controllers.export.c_files import export_files
 from warmlink.controllers.export.core import Core
 from warmlink.controllers.export.st_blocks import structured_text
@@ -89,15 +90,28 @@ void step(const double *u, double *y) {{ {given} {block}_body__(&fb); {taken} }}
 """,
         encoding="utf-8",
     )
-    _compile(folder, "st.so", "-w", f"-I{MATIEC / 'lib' / 'C'}", "st_run.c")
+    command = ["cc", *_FLAGS, "-w", f"-I{MATIEC / 'lib' / 'C'}", "st_run.c", "-lm", "-o", "st.so"]
+    subprocess.run(command, cwd=folder, check=True)
     return folder / "st.so"
+
+
+@cache
+def files_of(core: Core) -> dict[str, str]:
+    """What an export writes, once for the tests that read or run it."""
+    return export_files(core)
+
+
+def written(core: Core, folder: Path) -> Path:
+    """The folder with what an export writes."""
+    for name, text in files_of(core).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
 
 
 def of_c(core: Core, folder: Path) -> Path:
     """The library of a law's C."""
     law, component = core.name, core.component
-    for name, text in export_files(core).items():
-        (folder / name).write_text(text, encoding="utf-8")
+    written(core, folder)
     begin = f"{law}_init(&law, &in);"
     if core.goes_on:
         size = sum(slot.size for slot in core.program.outputs if slot.name == "retained")
@@ -132,12 +146,8 @@ void step(const double *u, double *y)
 """,
         encoding="utf-8",
     )
-    _compile(folder, "c.so", "-Wall", "-Werror", "c_run.c", f"{law}.c")
-    return folder / "c.so"
-
-
-def _compile(folder: Path, out: str, *more: str) -> None:
-    subprocess.run(["cc", *_FLAGS, *more, "-lm", "-o", out], cwd=folder, check=True)
+    texts = [(path.name, path.read_bytes()) for path in sorted(folder.glob("*.[ch]"))]
+    return built(["cc", *_FLAGS, "-Wall", "-Werror", "c_run.c", f"{law}.c", "-lm"], texts, folder / "c.so")
 
 
 def run(library: Path, inputs: Array, outputs: int, restarts: Mapping[int, float]) -> Array:

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from tests.built import built
-from tests.controllers.export.iec import hours, of_c
+from tests.controllers.export.iec import hours, of_c, written
 from tests.controllers.export.iec import run as run_library
-from warmlink.controllers.export.c_files import export_files, header, readme, source
+from warmlink.controllers.export.c_files import header, readme, source
 from warmlink.controllers.export.core import Core, Precision, designed
 from warmlink.controllers.export.vectors import said
 from warmlink.controllers.own import Law, component_of
@@ -37,18 +37,6 @@ STRICT = (
 def core_of(law: str, precision: Precision) -> Core:
     """A law that ships; its program is made once."""
     return Core(controllers()[law], law, precision)
-
-
-@cache
-def files_of(core: Core) -> dict[str, str]:
-    """What an export writes, once for the tests that read or run it."""
-    return export_files(core)
-
-
-def written(core: Core, folder: Path) -> Path:
-    for name, text in files_of(core).items():
-        (folder / name).write_text(text, encoding="utf-8")
-    return folder
 
 
 def run(folder: Path, law: str, *flags: str) -> str:
@@ -166,9 +154,10 @@ def test_readings_that_no_number_should_hold_leave_it_sound(
     law: str, precision: Precision, tmp_path: Path
 ) -> None:
     """Once a thermometer told 1e20 K, an observer in single precision was never ready again."""
-    component = designed(controllers()[law], FORESEEN.get(law, {}))
-    core = Core(component, law, precision)
-    folder = written(core, tmp_path)
+    core = core_of(law, precision)
+    if law in FORESEEN:
+        core = Core(designed(core.component, FORESEEN[law]), law, precision)
+    component, folder = core.component, written(core, tmp_path)
     names = component.u.names
     wrong = ("base_temperature", "tip_temperature", "speed", "torque", "ambient_temperature")
     places = ", ".join(str(names.index(each)) for each in wrong)
