@@ -121,6 +121,8 @@ def lead(watching: Watching) -> str:
     if watcher.standing is not None:
         names = " or ".join(watcher.standing.causes) or "no known cause"
         return f"ALARM since {when(watcher.standing.time)}: {names}. {last}"
+    if watching.alarms:
+        return f"No alarm now; what was found before stands below, and may be there still. {last}"
     return f"All is as in the sound part. {last}"
 
 

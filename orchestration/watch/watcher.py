@@ -216,7 +216,7 @@ class Watcher:
         self.standing.quiet = self.standing.quiet + 1 if level < _QUIET else 0
         if self.standing.quiet >= APART:
             began, self.standing = self.standing.time, None
-            told = "the readings are again what the model explains; what came before stays on the list"
+            told = "the alarm is over: what was wrong has ended, or the work since does not show it"
             yield {"time_s": tick.end, "alarm": False, "over": True, "began_s": began, "told": told}
         elif self.standing.ticks in _AGAIN and self.standing.quiet == 0:
             before = self.standing.causes

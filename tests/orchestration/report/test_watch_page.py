@@ -100,3 +100,12 @@ def test_a_diagnosis_is_told_once_and_shown_beside_its_alarm(
     assert [each["told"] for each in told] == ["alarm-1 was diagnosed: the joint conducts less"]
     assert watching.events == [event]
     assert "Diagnosis: the joint conducts less" in page_of(watching)
+
+
+def test_after_an_alarm_the_page_does_not_say_that_all_is_well(tmp_path: Path) -> None:
+    """A joint that was loose still was said to be as in the sound part, since the filter had got used to it."""
+    watching = watching_in(tmp_path)
+    watching.watcher.standing = None
+    assert "No alarm now; what was found before stands below, and may be there still." in page_of(watching)
+    watching.events = []
+    assert "All is as in the sound part." in page_of(watching)
