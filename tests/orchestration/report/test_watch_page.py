@@ -103,7 +103,7 @@ def test_a_diagnosis_is_told_once_and_shown_beside_its_alarm(
 
 
 def test_after_an_alarm_the_page_does_not_say_that_all_is_well(tmp_path: Path) -> None:
-    """A joint that was loose still was said to be as in the sound part, since the filter had got used to it."""
+    """A joint was loose still, and the page said that all was as in the sound part."""
     watching = watching_in(tmp_path)
     watching.watcher.standing = None
     assert "No alarm now; what was found before stands below, and may be there still." in page_of(watching)
