@@ -80,9 +80,8 @@ def examples_of(logs: Sequence[Log]) -> Examples:
         A log has no reading of the growth.
     """
     duration = sum(float(log.time[-1] - log.time[0]) for log in logs)
-    length = (1 + 1e-9) * max(
-        duration / BLOCKS, SHORTEST_BLOCK
-    )  # so that the last reading is in the last one
+    # A little longer, so that the last reading is in the last one.
+    length = (1 + 1e-9) * max(duration / BLOCKS, SHORTEST_BLOCK)
     found: list[tuple[Array, Array, Array]] = []
     for log in logs:
         read = np.isfinite(log.growth)

@@ -8,7 +8,7 @@ learnt from it; without one, the growth that was measured is judged by.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import count
@@ -34,7 +34,7 @@ from warmlink.orchestration.scenarios.logged.layout import name_and_unit, plain
 if TYPE_CHECKING:
     import pandas as pd
 
-    Logs: TypeAlias = Sequence[str | Path | pd.DataFrame] | str | Path | pd.DataFrame
+    Logs: TypeAlias = Iterable[str | Path | pd.DataFrame] | str | Path | pd.DataFrame
 
 TRUTH, MEASURED = "growth", "elongation"
 """Columns of the growth: as it was, and as it was measured."""

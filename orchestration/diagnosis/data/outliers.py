@@ -61,14 +61,16 @@ def outliers(times: Array, values: Array, driven: Rows | None = None) -> Rows:
         [away[i] > _MOVES * _moves_beside(at, filled, i, suspects) for i in suspects.tolist()]
     ]
     if driven is not None:
-        near_leaps = np.isin(rows[suspects], [driven - 1, driven])
-        bends = [_leads_to(at, filled, i) <= limit / 2 for i in suspects.tolist()]
+        # The first reading after it, that before, and that in which what it changes shows first.
+        near_leaps = np.isin(suspects, np.searchsorted(rows, driven) + np.array([[-1], [0], [1]]))
+        # A line through three readings misses the next one by nearly twice their noise.
+        bends = [_leads_to(at, filled, i) <= limit for i in suspects.tolist()]
         suspects = suspects[~(near_leaps & np.array(bends, dtype=bool))]
     # A course that really jumps stays away: a spike's neighbours do not.
     near_each = np.sum(np.abs(suspects[:, None] - suspects) <= 2, axis=1)
     lonely = set(suspects[near_each < _LONGEST].tolist())
     for group in _groups(suspects):
-        may_be = driven is None or not np.isin(rows[group], driven).any()
+        may_be = driven is None or not np.isin(group, np.searchsorted(rows, driven)).any()
         if len(group) == _LONGEST and may_be and _leaps_back(filled, group[0], group[-1]):
             lonely.update(group)
     return rows[np.array(sorted(lonely), dtype=np.int64)]

@@ -88,7 +88,8 @@ def loose(times: Array, values: Array, driven: Rows | None = None) -> Rows:
     limit = max(_LEAP * _noise(times[rows], read), _STEPS * quantum(values), _SHARE * np.ptp(read))
     large = np.flatnonzero(np.abs(moves) > limit)
     if driven is not None:
-        large = large[~np.isin(rows[large + 1], np.concatenate([driven, driven + 1]))]
+        first = np.searchsorted(rows, driven)  # reading at or after each, and then the next
+        large = large[~np.isin(large + 1, np.concatenate([first, first + 1]))]
     found = []
     for group in np.split(large, np.flatnonzero(np.diff(large) > _APART) + 1):
         turns = np.count_nonzero(np.diff(np.sign(moves[group])) != 0)

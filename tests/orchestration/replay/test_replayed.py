@@ -252,6 +252,6 @@ def test_what_is_for_logs_is_refused_without_them_and_the_other_way_round(tmp_pa
 
 def test_logs_may_be_given_as_they_are_made(tmp_path: Path) -> None:
     log().to_csv(tmp_path / "one.csv", index=False)
-    found = wl.compare(["none"], data=tmp_path.glob("*.csv"))  # type: ignore[arg-type]
+    found = wl.compare(["none"], data=tmp_path.glob("*.csv"))
     assert isinstance(found, Replayed)
     assert list(found.rows) == [("none", "one")]

@@ -79,3 +79,18 @@ def test_a_peak_where_what_drives_a_machine_stops_is_no_spike() -> None:
     for height in (2.0, -2.0):
         spiked = peaked + np.where(np.arange(time.size) == 45, height, 0.0)
         assert outliers(time, spiked, driven=np.array([45])).tolist() == [45]
+
+
+def test_a_peak_between_readings_that_are_rows_apart_is_no_spike() -> None:
+    """A link straightens while its motor stops for two minutes; it is read once a minute."""
+    time = np.arange(0.0, 12_000.0)
+    after = np.exp(-np.clip(time - 9067, 0, None) / 150)
+    growth = 108.0 + 0.06 * np.clip(time - 8936, 0, 131) * after
+    found = {False: 0, True: 0}
+    for seed in range(60):
+        noise = np.random.default_rng(seed).normal(0, 0.4, time.size)
+        read = np.where(time % 60 == 0, growth + noise, np.nan)
+        for spike in found:
+            spiked = read + np.where((time == 6000) & spike, 8.0, 0.0)
+            found[spike] += len(outliers(time, spiked, driven=np.array([8936, 9067])))
+    assert found == {False: 0, True: 60}
