@@ -104,19 +104,21 @@ def kept(x: Record, estimate: Number) -> Number:
 
 def recalled(duty: BelievedDuty, p: Record) -> Recalled:
     """What is recalled at a start, as of now."""
-    held = p.recalled[1:]
-    fits = absolute(p.recalled[0] - _check(held)) <= ROUNDING * (1.0 + total(absolute(held)))
+    given = p.recalled[1:]
+    fits = absolute(p.recalled[0] - _check(given)) <= ROUNDING * (1.0 + total(absolute(given)))
     valid = where(p.recalled_for >= 0, truth(fits), 0.0)
+    # Memory that was never written may read as NaN, of which 0 times is still NaN.
+    held = where(valid > 0, given, stack(*[0.0] * given.shape[0]))
     cold = p.uniform_profile * (duty.ambient_temperature - p.linearisation_temperature)
-    passed = clip(p.recalled_for, 0.0, 1e6)
+    passed = clip(where(p.recalled_for >= 0, p.recalled_for, 0.0), 0.0, 1e6)
     left, _ = decay_and_reach(p, passed)
     modes, duty_modes = (
         cold + valid * left * (held[first : first + MODES] - cold) for first in (2, 2 + MODES)
     )
-    correction = clip(valid * LENGTH * held[0], -p.correction_limit, p.correction_limit)
-    rest = valid * held[2 + 2 * MODES :]
+    correction = clip(LENGTH * held[0], -p.correction_limit, p.correction_limit)
+    rest = held[2 + 2 * MODES :]
     offsets, taught = rest[: offset.KEPT], rest[offset.KEPT :]
-    return Recalled(valid, correction, valid * held[1], modes, duty_modes, offsets, passed, taught)
+    return Recalled(valid, correction, held[1], modes, duty_modes, offsets, passed, taught)
 
 
 def first_belief(recalled: Recalled, duty: BelievedDuty, readings: Number, p: Record, size: int) -> Belief:

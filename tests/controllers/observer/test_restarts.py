@@ -14,7 +14,7 @@ from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import symmetric
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.model import HEATS, MODES, STATES, BelievedDuty
-from warmlink.controllers.observer.retained import LENGTH, Recalled, first_belief
+from warmlink.controllers.observer.retained import LENGTH, Recalled, first_belief, recalled
 from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
@@ -104,3 +104,18 @@ def test_at_a_start_only_the_filters_own_doubt_holds_profiles_and_unknown_heat()
     own = np.append(p.profile_std**2, p.disturbance_std**2 * p.disturbance_start)
     np.testing.assert_allclose(doubt - noise, np.diag(own), atol=1e-15)
     assert found.mean.tolist() == [0.0] * (MODES + HEATS)
+
+
+@pytest.mark.parametrize("erased", [math.nan, math.inf, 0.0])
+@pytest.mark.parametrize("passed", [30.0, math.nan])
+def test_memory_that_was_never_written_is_as_nothing_kept(erased: float, passed: float) -> None:
+    """Flash whose bits are all set reads as NaN, by which the first correction was at its limit."""
+    p = np.asarray(OBSERVER.settled(OBSERVER.start_values()[0]))
+    held, duty = p.copy(), BelievedDuty(0.0, 0.0, 300.0)
+    held[[place for name, place in OBSERVER.d.index.items() if name.startswith("recalled[")]] = erased
+    held[OBSERVER.d.index["recalled_for"]] = passed
+    with np.errstate(invalid="ignore"):
+        found, nothing = (recalled(duty, OBSERVER.d.read(each)) for each in (held, p))
+    for each, none in zip(found._replace(passed=0.0), nothing, strict=True):
+        np.testing.assert_array_equal(each, none)
+    assert math.isfinite(found.passed)
