@@ -177,7 +177,8 @@ def _selected(
         return apply("larger", then, otherwise)
     if condition.kind == "gt" and _same(condition.of, otherwise, then):
         return apply("smaller", then, otherwise)
-    if condition.kind == "lt" and then.kind == "neg" and then.of[0] is otherwise is condition.of[0]:
+    negative = condition.kind == "lt" and is_number(condition.of[1], 0.0)
+    if negative and then.kind == "neg" and then.of[0] is otherwise is condition.of[0]:
         return apply("abs", otherwise)
     flags = told_by(then), told_by(otherwise)
     for here, other, of, logic in (

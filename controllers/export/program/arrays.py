@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -101,6 +102,21 @@ def blocks(rows: list[list[Any]]) -> Computed:
     return take(stacked(parts), np.block(places))
 
 
+def joined(parts: Iterable[Any]) -> Computed:
+    """Vectors, or matrices, below each other."""
+    whole = [lifted(each) for each in parts]
+    made = stacked(take(each, np.arange(each.size)) if each.ndim > 1 else each for each in whole)
+    rows = whole[0].shape[1:]
+    return take(made, places_of(made).reshape(-1, *rows)) if rows else made
+
+
+def sum_along(of: Any, axis: int | None = None) -> Computed:
+    """Sum along a dimension, or of all elements."""
+    one = lifted(of)
+    places = places_of(one)
+    return summed(take(one, places.ravel() if axis is None else np.moveaxis(places, axis, -1)))
+
+
 def power(base: Any, exponent: Any) -> Computed:
     """A power: of a known exponent of 1/2 or a small whole number the root or the product."""
     known = lifted(exponent)
@@ -151,11 +167,11 @@ UFUNCS: dict[str, Any] = {
 
 ARRAYS: dict[str, Any] = {
     "where": lambda condition, then, otherwise: apply("select", condition, then, otherwise),
-    "sum": lambda of: summed(of),
+    "sum": sum_along,
     "dot": product,
     "diag": diagonal,
     "outer": outer,
-    "concatenate": stacked,
+    "concatenate": joined,
     "column_stack": lambda parts: take(
         stacked(parts), np.arange(sum(lifted(p).size for p in parts)).reshape(len(parts), -1).T
     ),

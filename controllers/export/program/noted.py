@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.controllers.export.program.algebra import accumulated, apply, places_of, summed, take
-from warmlink.controllers.export.program.arrays import ARRAYS, UFUNCS, transposed
+from warmlink.controllers.export.program.algebra import accumulated, apply, places_of, take
+from warmlink.controllers.export.program.arrays import ARRAYS, UFUNCS, sum_along, transposed
 from warmlink.controllers.export.program.expressions import Computed
 from warmlink.controllers.export.program.tracing import call
 from warmlink.fmus.component.arithmetic import Traced
@@ -31,6 +31,18 @@ def _operator(ufunc: str) -> Operator:
 def _operators(ufunc: str) -> tuple[Operator, Operator]:
     """An operator with the expression on its left, and with it on its right."""
     return _operator(ufunc), lambda self, other: _done(ufunc, other, self)
+
+
+def _refused(function: Any) -> InputError:
+    return InputError(f"numpy.{function.__name__} in a law cannot be exported; use warmlink's functions")
+
+
+def _array(function: Any, made: Operator, *given: Any, **more: Any) -> Any:
+    """What a function of NumPy's does to arrays; InputError where it is asked for in a way not known here."""
+    try:
+        return made(*given, **more)
+    except (TypeError, ValueError):
+        raise _refused(function) from None
 
 
 class Noted(Computed, Traced):
@@ -77,17 +89,15 @@ class Noted(Computed, Traced):
 
     def __array_ufunc__(self, ufunc: Any, method: str, *given: Any, **more: Any) -> Any:
         if method == "reduce" and ufunc is np.add:
-            return summed(given[0])
+            return _array(ufunc, sum_along, *given, **{"axis": 0, **more})
         if method != "__call__" or ufunc.__name__ not in UFUNCS or more:
-            raise InputError(f"numpy.{ufunc.__name__} in a law cannot be exported; use warmlink's functions")
+            raise _refused(ufunc)
         return _done(ufunc.__name__, *given)
 
     def __array_function__(self, function: Any, types: Any, given: Any, more: Any) -> Any:
         if function.__name__ not in ARRAYS:
-            raise InputError(
-                f"numpy.{function.__name__} in a law cannot be exported; use warmlink's functions"
-            )
-        return ARRAYS[function.__name__](*given, **more)
+            raise _refused(function)
+        return _array(function, ARRAYS[function.__name__], *given, **more)
 
     def __getitem__(self, key: Any) -> Any:
         return take(self, places_of(self)[key])
@@ -100,9 +110,9 @@ class Noted(Computed, Traced):
         """The elements one after the other."""
         return self.reshape(-1)
 
-    def sum(self) -> Computed:
-        """The sum of the elements."""
-        return summed(self)
+    def sum(self, axis: int | None = None) -> Computed:
+        """The sum of the elements, or along a dimension."""
+        return sum_along(self, axis)
 
     def erf(self) -> Any:
         """The error function of it."""

@@ -45,11 +45,16 @@ CASES: dict[str, Callable[[Any, Any, Any], Any]] = {
     "a covariance": lambda a, b, p: carried_over(p, outer(a, b) + diagonal(b)),
     "a variance": lambda a, b, p: variance_along(p, a),
     "a choice": lambda a, b, p: where(a > b, a, 0.0 * b) + where(absolute(a) <= 1.5, 1.0, 2.0),
+    "a sign that is turned below a limit": lambda a, b, p: where(a < 1.0, -a, a),
     "flags": lambda a, b, p: truth(a > 0) * (1.0 - truth(b > 0)) + maximum(truth(a > 1), truth(b > 1)),
     "bounds": lambda a, b, p: clip(a, -1.0, 1.0) + maximum(0.0, b),
     "numbers side by side": lambda a, b, p: side(1, beside(a, b)) - side(0, beside(a, b)),
     "a stack": lambda a, b, p: stack(a[1], b[::-1], 0.0, placed(a[0], 1, 3)),
     "sums": lambda a, b, p: stack(total(a), dot(a, b), total(truth(a > 0))),
+    "sums of a matrix": lambda a, b, p: stack(
+        np.sum(outer(a, b)), outer(a, b[:2]).sum(), np.sum(outer(a, b), axis=0), outer(a, b).sum(axis=1)
+    ),
+    "matrices below each other": lambda a, b, p: np.concatenate([outer(a, b), symmetric(p, 3)]) @ a,
     "functions": lambda a, b, p: exp(-a) + erf(b[0]) + a**2 + absolute(b) ** 0.5,
 }
 
@@ -96,6 +101,9 @@ def test_divisions_are_guarded_unless_nothing_can_make_them_zero() -> None:
         (lambda x: 1.0 if x > 0 else 0.0, "decides with where"),
         (lambda x: float(x), "functions of warmlink"),
         (lambda x: np.sort(x), "numpy.sort in a law cannot be exported"),
+        (lambda x: np.where(x > 0), "numpy.where in a law cannot be exported"),
+        (lambda x: np.sum(x, keepdims=True), "numpy.sum in a law cannot be exported"),
+        (lambda x: np.add.reduce(x, initial=1.0), "numpy.add in a law cannot be exported"),
         (lambda x: np.arctan(x), "numpy.arctan in a law cannot be exported"),
     ],
 )
