@@ -76,6 +76,8 @@ class Values:
         )
         about = {"columns": columns, "start_time_s": points.start_time, "step_size_s": points.step_size}
         about["steps"] = points.count
+        if points.uneven:
+            about["times_s"] = points.uneven
         self._columns = len(columns)
         if self._keep:
             self._check()
@@ -151,6 +153,9 @@ def values_in(folder: Path) -> RecordTable | None:
         if values.ndim == 2 and values.shape[1] == len(names) and len(values) <= count + 1:
             units = {each["name"]: each["unit"] for each in about["columns"]}
             points = CommunicationPoints.between(start, start + count * step, step)
+            if "times_s" in about:
+                times = [float(each) for each in about["times_s"]]
+                points = CommunicationPoints.at(times, start, times[-1])
             types = {each["name"]: str(each["type"]) for each in about["columns"] if "type" in each}
             return RecordTable(names, units, points, values, types)
     return None

@@ -30,6 +30,7 @@ from warmlink.orchestration.master.algorithms.iterated import FixedPoint, Interf
 from warmlink.orchestration.master.assembly import Assembly
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.checkpoint import LongRun, fingerprint
+from warmlink.orchestration.master.recording.recorder import values_in
 from warmlink.orchestration.master.recording.result import RecordTable
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -63,6 +64,18 @@ def test_streamed_values_are_those_of_a_run_in_memory(tmp_path: Path) -> None:
     assert again.names == kept.table.names
     np.testing.assert_array_equal(again.values, kept.table.values)
     assert isinstance(streamed.table.values, np.memmap)
+
+
+def test_values_in_a_folder_have_the_times_of_steps_that_differ(tmp_path: Path) -> None:
+    """Told were the longest step and their number alone, from which other times were made."""
+    times = [5.0, 6.0, 6.25, 10.0]
+    ran = simulate(
+        assembly([counter("x", 1e-3)]), 10.0, times, start_time=5.0, long_run=LongRun(tmp_path, every=None)
+    )
+    found = values_in(tmp_path)
+    assert found is not None
+    np.testing.assert_array_equal(found.times, times)
+    np.testing.assert_array_equal(found.values, ran.table.values)
 
 
 def test_another_run_into_the_folder_leaves_the_values_of_the_one_before(tmp_path: Path) -> None:
