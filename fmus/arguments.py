@@ -2,7 +2,11 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from numbers import Integral
+from os import PathLike
 from pathlib import Path
+
+from warmlink.fmus.errors import InputError
 
 _options: Mapping[str | tuple[str, type], str] | None = None
 _quoted: Callable[[str], str] = str
@@ -53,3 +57,19 @@ def argument(name: str, *value: object) -> str:
             return " ".join(f"{option} {_quoted(f'{key}={each}')}" for key, each in value[0].items())
         return " ".join([option, *(f"{each:g}" if isinstance(each, float) else str(each) for each in value)])
     return f"{name}={str(value[0]) if isinstance(value[0], Path) else value[0]!r}" if value else f"`{name}`"
+
+
+def path_given(name: str, value: object) -> Path:
+    """The path that an argument gives; InputError if it gives none."""
+    if not isinstance(value, str | PathLike):
+        raise InputError(f"{argument(name, value)}: is no path; give the path of a file")
+    return Path(value)
+
+
+def count_given(name: str, value: object, least: int, most: int, of: str) -> int:
+    """The whole number of something that an argument gives; InputError if it is none between those two."""
+    count = int(value) if isinstance(value, Integral) and not isinstance(value, bool) else least - 1
+    if not least <= count <= most:
+        told = f"{argument(name, value)}: not a number of {of}"
+        raise InputError(f"{told}; give a whole number from {least} to {most}")
+    return count

@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from difflib import SequenceMatcher
 from os import PathLike
 
+from warmlink.fmus.errors import InputError
+
 MOST_LISTED = 12
 """Names that a sentence lists; the rest are counted."""
 
@@ -22,16 +24,18 @@ def listed(names: Iterable[str], joint: str = "and") -> str:
 
 
 def several(given: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[str]:
-    """The names, or paths, given: those of a list, or the only one."""
+    """The names, or paths, given: those of a list, or the only one; InputError if it is neither."""
+    if not isinstance(given, Iterable | PathLike):
+        raise InputError(f"{given!r}: is neither a name nor a list of names; give such, or leave it out")
     return [str(each) for each in ([given] if isinstance(given, str | PathLike) else given)]
 
 
-def instead(name: str, known: Iterable[str], otherwise: str = "") -> str:
+def instead(name: object, known: Iterable[str], otherwise: str = "") -> str:
     """Remedy for a name that does not exist: `did you mean lag?` if a name is similar, else `choose a or b`.
 
     Then it ends with what else could be given, as "or give a TOML file".
     """
-    every = list(known)
+    name, every = str(name), list(known)
     near = _nearest(name, every)
     if near:
         return f"did you mean {listed(near, 'or')}?"

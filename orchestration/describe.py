@@ -9,7 +9,7 @@ from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
-from warmlink.fmus.arguments import argument
+from warmlink.fmus.arguments import argument, path_given
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.variables import Input, Local, Output, Parameter
 from warmlink.fmus.errors import InputError
@@ -110,7 +110,7 @@ def describe(what: str | Path, *, variant: str | None = None) -> Description:
     >>> print(wl.describe("ThermalLink"))
     >>> wl.describe("WarmupCell").to_frame()
     """
-    path = Path(what)
+    path = path_given("what", what)
     if path.suffix == ".ssp":
         return _of_system(path, variant)
     if variant is not None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from warmlink.fmus.arguments import argument
+from warmlink.fmus.arguments import argument, path_given
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import several
 from warmlink.orchestration.console import remark
@@ -80,7 +80,9 @@ def simulate(
     with temporary_folder() as work:
         if isinstance(system, System) and variant is not None:
             raise InputError(f"{argument('variant', variant)}: the system has been read; leave it out")
-        read = system if isinstance(system, System) else read_system(Path(system), work, variant)
+        read = (
+            system if isinstance(system, System) else read_system(path_given("system", system), work, variant)
+        )
         read = with_parameters(read, parameters)
         for told in read.remarks:
             remark(told)

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from warmlink.fmus.arguments import argument
+from warmlink.fmus.arguments import argument, path_given
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import listed
 from warmlink.orchestration.check.fmu import TIME_LIMIT, CheckResult, check_fmu, validity_problems
@@ -71,7 +71,7 @@ def check(file: str | Path, *, variant: str | None = None, time_limit: str | flo
     --------
     >>> print(wl.check("dist/native/fmi2/ThermalLink.fmu"))
     """
-    path, limit = Path(file), positive(time_limit, "s", argument("time_limit"))
+    path, limit = path_given("file", file), positive(time_limit, "s", argument("time_limit"))
     if is_folder(path):
         raise InputError(_folder(path))
     with spinner(f"Checking {path.name}") as progress:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from warmlink.fmus.arguments import argument
+from warmlink.fmus.arguments import argument, path_given
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.machine.read import NamedMachine, RolesTable, machine_in
@@ -94,7 +94,7 @@ def load_scenario(name: str, variant: str | None = None) -> Scenario:
     A `variant` is the system to take of several in the SSP that the file names. Raises InputError if no
     scenario has that name, the file contains no scenario, or its system has no variants.
     """
-    path, shipped = Path(name), _shipped()
+    path, shipped = path_given("scenario", name), _shipped()
     ending = path.suffix.lower()
     if variant is not None and ending != ".toml":
         raise InputError(f"{argument('variant', variant)}: {name} names no SSP; leave the variant out")

@@ -87,13 +87,12 @@ def save(
     """
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.fmu_store import kind_named, store
-    from warmlink.orchestration.products.build import ssp_version_named
     from warmlink.orchestration.scenarios.scenario import changed
-    from warmlink.orchestration.system.write import write_ssp
+    from warmlink.orchestration.system.write import ssp_version_named, write_ssp
 
     if out is not None and out.suffix != ".ssp":
         raise InputError(f"--out {out}: is no system; name a file that ends in .ssp")
-    version, given = ssp_version_named(ssp), values_given(parameters, set_)
+    version, given = ssp_version_named(ssp, "ssp"), values_given(parameters, set_)
     asked = changed(load_scenario(scenario), controller=controller, parameters=given)
     path = out or Path(f"{asked.name}.ssp")
     built = store(kind_named(fmus), sorted(asked.kinds), remark)

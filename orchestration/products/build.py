@@ -23,6 +23,7 @@ from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.system.model import SspVersion
+from warmlink.orchestration.system.write import ssp_version_named
 
 KINDS = ("native", "python", "all")
 
@@ -82,7 +83,7 @@ def build(
         raise InputError(f"{argument('valid_flags')}: is for the shipped native FMUs; {shipped}")
     if version not in (None, *_VERSIONS):
         raise InputError(f"{argument('fmi', fmi)}: no such version; {instead(str(fmi), _VERSIONS)}")
-    ssp_version = ssp_version_named(ssp)
+    ssp_version = ssp_version_named(ssp, "ssp")
     if named and scenario is not None:
         alone = f"{argument('scenario')} builds its own system alone"
         raise InputError(f"{named[0]}: {alone}; give names or a scenario")
@@ -110,14 +111,6 @@ def build(
             elif problems := validity_problems(path):
                 raise InputError(f"{path.name}: {problems[0]}; please report this")
     return [out / path.relative_to(fresh) for path in built]
-
-
-def ssp_version_named(name: str | int) -> SspVersion:
-    """Give a version of SSP by its name, 1 or 2; InputError if there is none of that name."""
-    known: dict[str, SspVersion] = {"1": "1.0", "2": "2.0"}
-    if str(name) not in known:
-        raise InputError(f"{argument('ssp', name)}: no such version; {instead(str(name), known)}")
-    return known[str(name)]
 
 
 @dataclass(frozen=True)

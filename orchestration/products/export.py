@@ -107,7 +107,7 @@ def law_of(law: str, design: str | Path | Mapping[str, str | float] | None) -> t
         raise InputError(f"{name}: has nothing to compute at a sample; export another controller")
     if design is not None:
         where = str(design) if isinstance(design, (str, Path)) else "design"
-        every = given_values(design)
+        every = given_values(design, "design")
         given = {each: value for each, value in every.items() if each.startswith(f"{COMPENSATOR}.")}
         if not given:
             raise InputError(f"{where}: holds nothing for a {COMPENSATOR}; give the values of a design")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from warmlink.fmus.arguments import argument
+from warmlink.fmus.arguments import argument, count_given, path_given
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import several
 from warmlink.orchestration.console import Answer
@@ -121,13 +121,14 @@ def reduce(
     >>> part = wl.reduce("bracket.step", "0, 0, 0 mm", "330, 0, 0 mm")
     >>> part.write_fmu("MyLink.fmu")
     """
-    path, size = Path(part), None if mesh_size is None else positive(mesh_size, "m", argument("mesh_size"))
+    path = path_given("part", part)
+    size = None if mesh_size is None else positive(mesh_size, "m", argument("mesh_size"))
     demand_file(path, "give a STEP file or a mesh")
     if not heat_faces or not tool_point:
         needed = f"{argument('heat_faces')} and {argument('tool_point')}"
         raise InputError(f"{needed}: both are needed; warmlink reduce PART --list-faces shows the faces")
-    if order is not None and not 2 <= order <= LARGEST_ORDER:
-        raise InputError(f"{argument('order', order)}: give a number from 2 to {LARGEST_ORDER}")
+    if order is not None:
+        order = count_given("order", order, 2, LARGEST_ORDER, "patterns")
     if not 0 <= poissons_ratio < 0.5:
         raise InputError(f"{argument('poissons_ratio', poissons_ratio)}: give a number from 0 to below 0.5")
     use = Use(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warmlink.fmus.arguments import path_given
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.safe_text import of_cell
 from warmlink.orchestration.arrays import Array
@@ -80,9 +81,9 @@ def columns_of(results: Any) -> Columns:
 
     if isinstance(results, pandas.DataFrame):
         return _checked(results, "the results")
-    if not isinstance(results, str | Path):
+    if hasattr(results, "to_frame"):
         return _checked(results.to_frame(), "the results")
-    path = Path(results)
+    path = path_given("results", results)
     if not is_folder(path):
         return _read(path)
     settle(path)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from warmlink.controllers.start_values import Values, by_scalar
-from warmlink.fmus.arguments import argument
+from warmlink.fmus.arguments import argument, path_given
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.files import with_hash
@@ -52,7 +52,7 @@ def write_law_values(law: str, values: Values, path: str | Path, title: str, sou
 
 def source_named(system: str | Path, parameters: Mapping[str, str | float]) -> str:
     """A system or scenario: its name, with the hash of its file if it has one, and what is changed."""
-    path = Path(system)
+    path = path_given("system", system)
     name = with_hash(path) if path.suffix in (".toml", ".ssp") and is_file(path) else f"{system} as it ships"
     changes = ", ".join(f"{key} = {value}" for key, value in parameters.items())
     return f"{name} with {changes}" if changes else name

@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from warmlink.fmus.arguments import path_given
 from warmlink.fmus.component import Component, Output, Scalar, limits
 from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.component.variables import VariableType
@@ -146,9 +147,14 @@ def settable(component: Component) -> dict[str, Scalar]:
     return {s.name: s for s in component.scalars() if not isinstance(s.variable, Output)}
 
 
-def given_values(given: Mapping[str, str | float] | str | Path) -> dict[str, str | float]:
-    """The given start values, or those of the parameter set (SSV) at a path; raises as `parameters_of`."""
-    return dict(given) if isinstance(given, Mapping) else dict(parameters_of(Path(given)))
+def given_values(
+    given: Mapping[str, str | float] | str | Path, name: str = "parameters"
+) -> dict[str, str | float]:
+    """Start values that an argument of a name gives, or those of the parameter set (SSV) at its path.
+
+    Raises InputError if it is neither, and as `parameters_of`.
+    """
+    return dict(given) if isinstance(given, Mapping) else parameters_of(path_given(name, given))
 
 
 def parameters_of(path: Path) -> dict[str, str | float]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from warmlink.fmus.arguments import path_given
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.assemble import end_of
 from warmlink.orchestration.system.check import checked_value, own_unit, variable_of
@@ -57,7 +58,7 @@ def with_parameters(system: System, parameters: Mapping[str, Written] | str | Pa
     """Give a system the start values by name, or those of a parameter set (SSV) at a path."""
     if isinstance(parameters, Mapping):
         return with_start_values(system, parameters)
-    path = Path(parameters)
+    path = path_given("parameters", parameters)
     return with_start_values(system, read_ssv(path), path.name)
 
 

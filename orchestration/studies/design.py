@@ -33,6 +33,7 @@ from warmlink.orchestration.machine.roles import AS_THEY_ARE
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.replay.learn import LearntLaw, learnt_law
 from warmlink.orchestration.scenarios.law_values import source_named, start_values_of, write_law_values
+from warmlink.orchestration.scenarios.overrides import given_values
 from warmlink.orchestration.scenarios.replaced import with_replaced
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.studies.plants import cell_plant_in, plant_in, with_values
@@ -170,6 +171,7 @@ def design(
         return _learnt(data, system, law, sensors, stds, sample_time, parameters, options)
     if law not in PLANT_FACTS:
         raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
+    parameters = given_values(parameters)
     scenario, source = None, f"designed for {source_named(system, parameters)}"
     if str(system).endswith(".toml") or replaced.fmus:
         read = load_scenario(DEFAULT_SCENARIO if system == DEFAULT else str(system))

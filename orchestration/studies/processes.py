@@ -10,7 +10,7 @@ from dataclasses import replace
 from multiprocessing import connection
 from typing import TYPE_CHECKING, Any
 
-from warmlink.fmus.arguments import argument
+from warmlink.fmus.arguments import argument, count_given
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.master.slaves.frames import DamagedError, Frames
 from warmlink.orchestration.master.slaves.other_process import OtherProcess, ProcessEndedError
@@ -96,8 +96,8 @@ class LocalWorkers(_Processes):
     """
 
     def __init__(self, fmus: FmuSet, jobs: int = DEFAULT_JOBS) -> None:
-        super().__init__(fmus, lambda: jobs)
-        check_jobs(jobs)
+        super().__init__(fmus, lambda: count)
+        count = check_jobs(jobs)
         self._idle: list[OtherProcess] = []
 
     def __exit__(self, *raised: object) -> None:
@@ -142,10 +142,9 @@ class LocalWorkers(_Processes):
         return OtherProcess("worker", _work, self._fmus, classes=(Outcome,))
 
 
-def check_jobs(jobs: int) -> None:
-    """Raise InputError where `jobs` is no number of processes."""
-    if not 1 <= jobs <= MOST_JOBS:
-        raise InputError(f"{argument('jobs', jobs)}: not a number of processes; give 1 to {MOST_JOBS}")
+def check_jobs(jobs: int) -> int:
+    """The number of processes; InputError where it is none."""
+    return count_given("jobs", jobs, 1, MOST_JOBS, "processes")
 
 
 def _work(pipe: Frames, fmus: FmuSet) -> None:

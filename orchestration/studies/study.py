@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
-from warmlink.fmus.arguments import argument
+from warmlink.fmus.arguments import count_given
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.catalogue import Controller, controller_named
@@ -136,10 +136,8 @@ class Study:
         """The same with another number of trials; raises InputError if that is not a count."""
         if trials is None:
             return self
-        if not (isinstance(trials, int) and 1 <= trials <= MOST_POINTS):
-            told = f"{argument('trials', trials)}: not a number of trials"
-            raise InputError(f"{told}; give a whole number from 1 to {MOST_POINTS}")
-        return replace(self, tune=replace(self.tune, trials=trials))
+        count = count_given("trials", trials, 1, MOST_POINTS, "trials")
+        return replace(self, tune=replace(self.tune, trials=count))
 
     def lines(self, point: Point) -> list[str]:
         """A point in lines for the terminal."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
-from warmlink.fmus.arguments import argument
+from warmlink.fmus.arguments import argument, path_given
 from warmlink.fmus.component.join import Wire
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, listed
@@ -183,7 +183,7 @@ def read_system(path: str | Path, workdir: Path | None = None, variant: str | No
     >>> system = wl.read_system("dist/WarmupCell.ssp")
     >>> wl.simulate(system, "1 h")
     """
-    path = Path(path)
+    path = path_given("path", path)
     demand_file(path, "give the path of an .fmu or .ssp file")
     if _is_fmu(path):
         refuse_variant(path, variant)

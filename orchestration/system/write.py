@@ -8,9 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from warmlink.fmus.arguments import argument, path_given
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import write_archive
+from warmlink.fmus.names import instead
 from warmlink.fmus.packaging import release
+from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import read_description
@@ -42,7 +45,7 @@ def write_ssp(
     path: str | Path,
     ports: Ports | None = None,
     nested: bool = False,
-    version: SspVersion = "1.0",
+    version: str | float = "1.0",
 ) -> None:
     """Write a system with its FMUs into one SSP file, whole or not at all; equal systems give equal bytes.
 
@@ -56,13 +59,14 @@ def write_ssp(
     ports : what the system exchanges with a larger one; without, it runs by itself
     nested : with a system inside it for each name before a dot, so that `axis1.link` becomes the component
         `link` of the system `axis1`, whose connectors pass on what crosses its bounds
-    version : `2.0` knows the types and arrays of FMI 3.0; older tools read `1.0` alone
+    version : `2.0`, or 2, knows the types and arrays of FMI 3.0; older tools read `1.0` alone
 
     Raises
     ------
     InputError
-        If the system does not fit its FMUs, two FMUs define one unit differently, a name before a dot is that
-        of a component too, or the ports do not fit the system, or are asked for with `nested`.
+        If the file cannot be written, or there is no such version; if the system does not fit its FMUs, two
+        FMUs define one unit differently, a name before a dot is that of a component too, or the ports do not
+        fit the system, or are asked for with `nested`.
 
     Examples
     --------
@@ -73,13 +77,25 @@ def write_ssp(
     system = _with_connectors(system, () if ports is None else ports.shown)
     check_system(system)
     shown = Opened.by_itself(system, net_of(system, nested)) if ports is None else opened(system, ports)
-    document = _Document(shown, version)
+    document = _Document(shown, ssp_version_named(version, "version"))
     entries = {"SystemStructure.ssd": to_bytes(document.root())}
     for name, held in document.system.components.items():
         if held.values:
             entries[document.parameters[name]] = to_bytes(document.parameter_set(held))
         entries[document.fmus[held.fmu]] = held.fmu.read_bytes()
-    write_archive(Path(path), entries)
+    target = path_given("path", path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with fresh_file(target) as scratch:
+        write_archive(scratch, entries)
+
+
+def ssp_version_named(name: str | float, of: str) -> SspVersion:
+    """Give a version of SSP by its name, 1 or 2, as an argument gives it; InputError if there is none."""
+    known: dict[str, SspVersion] = {"1": "1.0", "2": "2.0"}
+    short = str(name).removesuffix(".0")
+    if short not in known:
+        raise InputError(f"{argument(of, name)}: no such version; {instead(name, known)}")
+    return known[short]
 
 
 def _with_connectors(system: System, shown: Sequence[End]) -> System:

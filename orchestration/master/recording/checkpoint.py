@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from warmlink.fmus.arguments import argument
+from warmlink.fmus.arguments import argument, path_given
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import file_digest
 from warmlink.orchestration.files import stamped, unstamped, whole_file
@@ -35,7 +35,7 @@ class LongRun:
     from the checkpoint in the folder, or begins at its start if there is none.
     """
 
-    folder: Path
+    folder: str | Path
     every: int | None = 3600
     resume: bool = False
 
@@ -61,8 +61,9 @@ class Checkpoints:
     """
 
     def __init__(self, chosen: LongRun, network: Network, fingerprint: str) -> None:
+        folder = path_given("long_run.folder", chosen.folder)
         self.every = chosen.every
-        self.path = chosen.folder / FILE
+        self.path = folder / FILE
         self._network = network
         self._fingerprint = fingerprint
         unable = ", ".join(s.name for s in network.slaves if not s.capabilities.serialize_state)
@@ -74,7 +75,7 @@ class Checkpoints:
         self.found = self._load() if chosen.resume else None
         # New values are appended to those that the checkpoint counts on.
         rows, digest = (0, "") if self.found is None else (self.found.rows, self.found.digest)
-        self.values = Values(chosen.folder, keep=rows, digest=digest)
+        self.values = Values(folder, keep=rows, digest=digest)
 
     def next_after(self, point: int, last: int) -> int:
         """Give the next point after this one at which a checkpoint is due, at most the run's last point."""

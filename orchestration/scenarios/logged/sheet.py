@@ -14,7 +14,7 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warmlink.fmus.arguments import argument
+from warmlink.fmus.arguments import argument, path_given
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.logged import layout
@@ -101,8 +101,9 @@ def read_sheet(source: Path | pd.DataFrame, decimal: str = "", names: Sequence[s
     """
     if decimal and decimal not in DECIMALS:
         raise InputError(f"{argument('decimal', decimal)}: {instead(decimal, DECIMALS)}")
-    if not isinstance(source, Path):
+    if hasattr(source, "columns"):
         return _of_frame(source, "the DataFrame", decimal, "DataFrame")
+    source = path_given("data", source)
     demand_file(source, "give the path of a file of measurements")
     suffix = source.suffix.lower()
     if suffix in (".parquet", ".pq"):

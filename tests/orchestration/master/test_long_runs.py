@@ -70,7 +70,11 @@ def test_values_in_a_folder_have_the_times_of_steps_that_differ(tmp_path: Path) 
     """Told were the longest step and their number alone, from which other times were made."""
     times = [5.0, 6.0, 6.25, 10.0]
     ran = simulate(
-        assembly([counter("x", 1e-3)]), 10.0, times, start_time=5.0, long_run=LongRun(tmp_path, every=None)
+        assembly([counter("x", 1e-3)]),
+        10.0,
+        times,
+        start_time=5.0,
+        long_run=LongRun(str(tmp_path), every=None),
     )
     found = values_in(tmp_path)
     assert found is not None

@@ -280,3 +280,16 @@ def test_what_is_no_ssv_is_named(tmp_path: Path) -> None:
         read_ssv(tmp_path / "x.ssv")
     with pytest.raises(InputError, match="no such file"):
         read_ssv(tmp_path / "y.ssv")
+
+
+def test_a_file_that_cannot_be_written_and_a_version_that_is_none_end_in_a_sentence(
+    made: System, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match="cannot be written"):
+        write_ssp(made, tmp_path)
+    with pytest.raises(InputError, match="version=3: no such version; choose 1 or 2"):
+        write_ssp(made, tmp_path / "made.ssp", version=3)
+    assert [path.name for path in tmp_path.iterdir() if path.suffix == ".ssp"] == []
+    for version in ("2.0", 2, 2.0):
+        write_ssp(made, tmp_path / f"{version!r}.ssp", version=version)
+    assert len({path.read_bytes() for path in tmp_path.glob("*.ssp")}) == 1
