@@ -121,6 +121,9 @@ def plan_on(
     """
     cell = None if scenario is None else load_scenario(str(scenario))
     machine = _compared_on(system) if cell is None else cell.machine
+    if system not in (WARMUP_CELL.name, machine.name):
+        told = f"{argument('scenario', Path(str(scenario)))} has a system of its own, {machine.name}"
+        raise InputError(f"{argument('system', system)}: {told}; leave one of the two out")
     if controllers is None:
         controllers = machine.laws or list(catalogue.controllers())
     if duty_cycles is None:

@@ -140,6 +140,8 @@ def test_compare_and_studies_take_the_cell(warmlink: Warmlink) -> None:
         assert each.values()["link"]["length"] == 0.8
         assert each.values()["sensors"]["noise[1]"] == 0.1
     Path("study.toml").write_text(re.sub(r"duty_cycles = .*\n", "", STUDY))
+    with pytest.raises(InputError, match="has a system of its own, WarmupCell; leave one of the two out"):
+        plan_on("SixAxisArm", ["lag"], scenario="my_cell.toml")
     of_its_own = plan_on(scenario="my_cell.toml", controllers=["lag"]).scenarios
     for each in (*of_its_own, *load_study("study.toml").scenarios):
         assert (each.name, each.duty) == ("my_cell", load_scenario("my_cell.toml").duty)
