@@ -22,7 +22,7 @@ _SECTIONS = {
 }
 """What sections of variables are called, and their attributes."""
 
-_ELEMENTARY = frozenset({"BOOL", "INT", "REAL", "LREAL"})
+_ELEMENTARY = frozenset({"BOOL", "INT", "LINT", "REAL", "LREAL"})
 
 
 def plcopen_xml(core: Core) -> str:

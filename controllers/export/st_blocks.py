@@ -125,6 +125,7 @@ def _law(core: Core, printer: StructuredText) -> BlockText:
         Declaration("x", f"{core.name}_state", (), "what it remembers"),
         Declaration("next", f"{core.name}_state", (), "what it will remember"),
         *(printer.variable(slot) for slot in made.recall),
+        *([Declaration("samples", "LINT", ("0",), "since it began")] if made.timed else []),
         *([Declaration("elapsed", printer.real, (), "s: time since it began")] if made.timed else []),
         *printer.inner([made.update, made.outputs_of]),
     ]
@@ -161,7 +162,11 @@ def _body(core: Core, printer: StructuredText) -> list[str]:
     lines += wrapped(f"  run_{made.begin.name}({', '.join(given)});", "      ")
     lines += ["  running := TRUE;", "ELSE"]
     if made.timed:
-        lines.append(f"  elapsed := elapsed + {number(core.period)};")
+        # Summed up in single precision, tenths of a second would be off by percents within days.
+        lines += [
+            "  samples := samples + 1;",
+            f"  elapsed := LINT_TO_{printer.real}(samples) * {number(core.period)};",
+        ]
     lines += [*printer.statements(made.update.body, 1), "END_IF;", "x := next;"]
     return [*lines, *printer.statements(made.outputs_of.body)]
 

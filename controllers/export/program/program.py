@@ -99,6 +99,7 @@ def program(component: Component, settled: Number, name: str, single: bool) -> L
         "next",
         "fresh",
         "running",
+        "samples",
         "passed",
         "retained",
         *RECALLED,
