@@ -227,8 +227,7 @@ class FmiSlave(ABC):
 
     def fail_exchange(self, verb: str, batch: Batch, status: int) -> NoReturn:
         """Raise because a batch was not got or set; the variable is named where it is but one."""
-        known = (v.name for v in self.variables.values() if v.value_reference == batch.references[0])
-        self.fail(verb + batch.base, status, next(known) if batch.count == 1 else None)
+        self.fail(verb + batch.base, status, batch.names[0] if batch.count == 1 else None)
 
     def directional_derivative(self, output: str, known: str) -> float:
         """Get the derivative of an output by an input, the state held fixed."""

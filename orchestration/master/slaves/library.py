@@ -163,6 +163,7 @@ class Batch:
         self.base, self.positions, self.count = base, list(chosen), len(chosen)
         self.arrays = any(variable.elements > 1 for variable in chosen.values())
         self.plain = base in _FLOATS and not self.arrays
+        self.names = [variable.name for variable in chosen.values()]
         self._places = [(v.value_reference, v.element) for v in chosen.values()]
         self._held = held
         references, size = [reference for reference, _ in self._places], self.count
