@@ -70,6 +70,13 @@ def test_rows_are_drawn_in_the_order_of_their_times() -> None:
         assert list(figure.data[0].x) == pytest.approx([0, 1 / 6, 1 / 3])
 
 
+def test_times_in_seconds_since_1970_are_told_apart() -> None:
+    """In single precision they are two minutes apart."""
+    times = 1.7e9 + np.arange(0.0, 600.0)
+    (line,) = plot(pandas.DataFrame({"time [s]": times, "a [K]": 0.0}), "a").data
+    np.testing.assert_allclose(3600.0 * np.diff(line.x), 1.0, rtol=0.01)
+
+
 def test_what_is_no_number_yet_is_left_out() -> None:
     empty = pandas.DataFrame({"time [s]": [0.0, 1], "a [m]": [np.nan, np.nan], "on [1]": [True, False]})
     assert np.isnan(lines(plot(empty, "a"))["a"]).all()
