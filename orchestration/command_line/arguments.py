@@ -68,6 +68,7 @@ OPTIONS: dict[str | tuple[str, type], str] = {
     "controller_parameters": "--parameters",
     "heat_faces": "--heat-face",
     "long_run": "--checkpoint",
+    "long_run.every": "--checkpoint",
     "mismatches": "--mismatch",
     "names": "--map",
     "only_calibrated": "--calibrate-only",

@@ -7,12 +7,13 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import cast
+from typing import cast, get_args
 
 import numpy as np
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
@@ -126,6 +127,9 @@ def _stepping(stepping: Stepping, watched: bool, pacing: float | None) -> Steppi
     """How a run steps that is `watched` at every step, or not; InputError where it cannot be as asked."""
     if pacing is not None and not 0 < pacing < math.inf:
         raise InputError(f"{argument('pacing', pacing)}: not a pace; give a number above 0 (1 is real time)")
+    if stepping not in get_args(Stepping):
+        told = instead(stepping, get_args(Stepping))
+        raise InputError(f"{argument('stepping', stepping)}: not known; {told}")
     if watched and stepping == "compiled":
         raise InputError(
             "compiled stepping: goes neither with isolated slaves nor with a pace or statistics; "

@@ -65,6 +65,9 @@ class StepDoubling(InParts):
             unable = network.of_one_step()
         if unable:
             raise InputError(f"{', '.join(unable)}: {reason}; choose a fixed step")
+        for name, tolerance in (self.tolerances or {}).items():
+            if not tolerance * self.share > 0:
+                raise InputError(f"tolerance of {name}: {tolerance * self.share:g} is not above 0; give more")
         return DoublingStepper(network, self, points)
 
 

@@ -58,6 +58,8 @@ class Iterated(Algorithm):
         """Prepare for one network."""
         if self.interpolation not in (0, 1, 2):
             raise InputError(f"interpolation: order {self.interpolation} is not known; choose 0, 1 or 2")
+        if not self.tolerance > 0:
+            raise InputError(f"tolerance: {self.tolerance:g} is not above 0; give a share, as 1e-10")
         return IteratedStepper(network, self)
 
     @abstractmethod
@@ -85,8 +87,7 @@ class FixedPoint(Iterated):
     def solve(self, sweep: Sweep, guess: Array, scale: Array, kept: Array | None) -> tuple[bool, None]:
         """Iterate to the tolerance; nothing is carried from step to step."""
         x = guess
-        steps: list[Array] = []
-        changes: list[Array] = []
+        steps, changes = list[Array](), list[Array]()
         previous: tuple[Array, Array] | None = None
         for _ in range(self.most):
             residual = sweep(x) - x

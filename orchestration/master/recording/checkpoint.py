@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from warmlink.fmus.arguments import argument, path_given
+from warmlink.fmus.arguments import argument, count_given, path_given
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import file_digest
 from warmlink.orchestration.files import stamped, unstamped, whole_file
@@ -24,6 +24,7 @@ from warmlink.orchestration.system.model import FmuPart, Value
 
 FILE = "checkpoint"
 _VERSION = "warmlink checkpoint 5"
+MOST_EVERY = 10**9
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,8 @@ class Checkpoints:
         if unable and chosen.every is not None:
             remedy = f"leave out {argument('long_run')}, and {argument('long_run.resume')} with it"
             raise InputError(f"{unable}: cannot serialise its state, which checkpoints need; {remedy}")
-        if chosen.every is not None and chosen.every < 1:
-            raise InputError(f"checkpoints: every {chosen.every} steps is not above 0; give a step count")
+        if chosen.every is not None:
+            count_given("long_run.every", chosen.every, 1, MOST_EVERY, "communication steps")
         self.found = self._load() if chosen.resume else None
         # New values are appended to those that the checkpoint counts on.
         rows, digest = (0, "") if self.found is None else (self.found.rows, self.found.digest)

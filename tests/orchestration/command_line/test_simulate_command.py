@@ -136,7 +136,7 @@ def test_remarks_are_told(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None
         (["--watch", "a.nothing"], "a.nothing: no slave has such a variable"),
         (["--stop", "1e18 s", "--step", "1 s"], "keeps at most 2 GB in memory"),
         (["--step", "1e-320 s"], "communication step size: 9.99989e-321 s is too short for 1 s"),
-        (["--checkpoint", "0"], "checkpoints: every 0 steps is not above 0"),
+        (["--checkpoint", "0"], "--checkpoint 0: not a number of communication steps; give a whole number"),
         (["--checkpoint", "5", "--out", "oscillator.ssp/here"], "cannot be written"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
