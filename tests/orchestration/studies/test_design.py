@@ -8,6 +8,7 @@ from tests.pages import plots
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
+from warmlink.orchestration.studies.design import design
 from warmlink.orchestration.studies.plants import cell_plant_in
 from warmlink.orchestration.studies.workers import FmuSet
 from warmlink.orchestration.system.model import System
@@ -22,6 +23,12 @@ def run(arguments: list[str], monkeypatch: pytest.MonkeyPatch) -> int:
 def cell(fmus: FmuSet, **values: dict[str, float]) -> System:
     files = fmus.files()
     return WARMUP_CELL.system(files, "LagCompensator", values)
+
+
+def test_a_regression_by_no_thermometer_is_refused() -> None:
+    """It was said to go by the duty, and corrected nothing."""
+    with pytest.raises(InputError, match="`sensors`: a regression goes by thermometers alone"):
+        design("WarmupCell", "regression", [])
 
 
 def test_for_the_nominal_cell_it_is_what_ships(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
