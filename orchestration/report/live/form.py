@@ -136,12 +136,13 @@ def _slider(scalar: Scalar, value: float, to: Conversion) -> dict[str, Any]:
     if variable.display == "degC":
         low, high = max(value - ROOM, low), min(value + ROOM, high)
     elif powers:
-        low, high = value / SPAN, min(value * SPAN, high)
+        low, high = max(value / SPAN, low), min(value * SPAN, high)
     else:
         high = high if high < math.inf else max(limits.ordinary_size(variable), SPAN * abs(value))
         low = max(low, -high)
     left, right = (math.log(to(end)) if powers else to(end) for end in (low, high))
-    return {"min": left, "max": right, "step": (right - left) / 1000, "data-powers": "" if powers else None}
+    step = (right - left) / 1000 if variable.type == "Real" else 1
+    return {"min": left, "max": right, "step": step, "data-powers": "" if powers else None}
 
 
 def _thermometers(scenario: Scenario) -> Iterator[tuple[str, str]]:
