@@ -293,8 +293,7 @@ def duty_cycles(seed: int) -> dict[str, tuple[list[Demand], Room]]:
         Demand(5400, 3.4, 2.6),
     ]
     windy = [replace(each, draught=25.0 * (i % 2)) for i, each in enumerate([Demand(2400, 3.0, 2.4)] * 8)]
-    # The tip is 3 K warmer, as with such a duty cycle in logs of another plant.
-    hot = [replace(each, workpiece=0.023) for each in _batches(1500, 120, 10, 2.6, 2.2)]
+    hot = [replace(each, workpiece=0.06) for each in _batches(1500, 120, 10, 2.6, 2.2)]
     return {
         "continuous": ([Demand(14400, 3.4, 2.5)], Room()),
         "start_stop": (_batches(60, 60, 120, 3.4, 2.8), Room()),
