@@ -26,7 +26,7 @@ def ladder_sections(diagnosis: Diagnosis) -> list[Section]:
     text = (
         "Root mean square error on rows that were held out, in the unit of each channel. The model to use "
         "from now on is starred, and blue in the picture. Models, lag and ARX simulate from the inputs "
-        "alone; a ridge reads the other thermometers as well, so that it answers another question. With "
+        "alone; a ridge reads the other thermometers instead, so that it answers another question. With "
         "plain fits is the best model with a lag or ARX for each channel that these tell clearly better."
     )
     told = "\n".join((*ladder_lines(diagnosis), text))

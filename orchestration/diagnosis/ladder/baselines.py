@@ -1,8 +1,9 @@
 """The plainest fits that anybody would try: a first-order lag, ARX simulated freely, and ridge.
 
 Each channel's form is chosen on the last part of the fitted rows and then fitted to all of them; held-out
-rows are used by none. Regularised least squares as in A. E. Hoerl and R. W. Kennard, Technometrics 12 (1970)
-55-67; ARX as in L. Ljung, System Identification, 2nd edition (1999), section 4.2.
+rows are used by none. A ridge goes by temperatures alone: how heat comes in differs between duty cycles, what
+temperatures mean does not. Regularised least squares as in A. E. Hoerl and R. W. Kennard, Technometrics 12
+(1970) 55-67; ARX as in L. Ljung, System Identification, 2nd edition (1999), section 4.2.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from warmlink.orchestration.diagnosis.ladder.signals import Signals
 from warmlink.orchestration.diagnosis.model.recursions import recursion
 
 Question = Literal["simulation", "virtual measurement"]
-"""From inputs alone, or from inputs and the other thermometers."""
+"""From inputs alone, or from the other thermometers."""
 
 _RIDGES = (1e-6, 1e-3, 1e-1)
 """Share of the columns' own power that is added, for columns of unit variance."""
@@ -35,6 +36,12 @@ _FINE = 20.0
 
 _LATER = 0.7
 """Share of the fitted time of a run on which forms are fitted that are then judged on the rest."""
+
+_CLEARLY = 0.5
+"""Share of the error by channels alone, below which a ridge goes by temperatures among the inputs too.
+
+They hardly change in most logs, so that such a log's end tells little of what they do in another.
+"""
 
 
 @dataclass(frozen=True)
@@ -63,36 +70,56 @@ def baselines(runs: Sequence[Signals], temperatures: Sequence[bool]) -> tuple[Ba
     for name, forms in (("first-order lag", list(_lags(runs))), ("ARX", list(arx(runs)))):
         if any(run.ambient.any() for run in runs):
             forms += [_above_ambient(form, thermometers) for form in forms]
-        found.append(Baseline(name, "simulation", *_best(runs, forms)))
+        found.append(Baseline(name, "simulation", *_best(runs, [forms])))
     if thermometers.sum() > 0 and thermometers.size > 1:
-        ridges = [_ridge(rich, share, thermometers) for rich, share in product((False, True), _RIDGES)]
-        found.append(Baseline("ridge", "virtual measurement", *_best(runs, ridges)))
+        kinds = [[_ridge(driving, share, thermometers) for share in _RIDGES] for driving in (False, True)]
+        found.append(Baseline("ridge", "virtual measurement", *_best(runs, kinds)))
     return tuple(each for each in found if any(np.isfinite(table).any() for table in each.readings))
 
 
-def _best(runs: Sequence[Signals], forms: Sequence[Form]) -> tuple[tuple[Array, ...], dict[int, Linear]]:
-    """For each channel what the form says that is best on the later part of the fitted rows, and how."""
+def _best(
+    runs: Sequence[Signals], kinds: Sequence[Sequence[Form]]
+) -> tuple[tuple[Array, ...], dict[int, Linear]]:
+    """For each channel what the best form says, and how.
+
+    Parameters
+    ----------
+    runs : all runs, with the rows that may be fitted
+    kinds : forms of each kind; of a later kind one is taken if it is clearly better than those before
+    """
+    early, channels = _earlier(runs), runs[0].readings.shape[1]
+    least, chosen = np.full(channels, np.inf), [kinds[0][0]] * channels
+    for number, kind in enumerate(kinds):
+        squares = np.array([_mean_squares(runs, early, form) for form in kind])
+        best, share = np.argmin(squares, axis=0), _CLEARLY**2 if number else 1.0
+        for channel, i in enumerate(best):
+            if squares[i, channel] < share * least[channel]:
+                least[channel], chosen[channel] = squares[i, channel], kind[i]
+    told = np.isfinite(least)
+    whole = {form: form(runs) for form in {form for form, one in zip(chosen, told, strict=True) if one}}
+    said, linear = [np.full(run.readings.shape, np.nan) for run in runs], {}
+    for channel in np.flatnonzero(told).tolist():
+        fitted = whole[chosen[channel]]
+        for table, readings in zip(said, fitted.readings, strict=True):
+            table[:, channel] = readings[:, channel]
+        if channel in fitted.linear:
+            linear[channel] = fitted.linear[channel]
+    return tuple(said), linear
+
+
+def _mean_squares(runs: Sequence[Signals], early: Sequence[Signals], form: Form) -> Array:
+    """Mean squared error of each channel in the later part of the fitted rows, by a fit to the others.
+
+    Infinite where a reading is not told, and where there is none.
+    """
     channels = runs[0].readings.shape[1]
-    early = _earlier(runs)
-    least, chosen = np.full(channels, np.inf), [0] * channels
-    for i, form in enumerate(forms):
-        squares, count = np.zeros(channels), np.zeros(channels)
-        for run, part, readings in zip(runs, early, form(early).readings, strict=True):
-            error = (run.readings - readings)[run.fitted & ~part.fitted]
-            read = np.isfinite(run.readings)[run.fitted & ~part.fitted]
-            squares += np.where(read, np.where(np.isfinite(error), error, np.inf) ** 2, 0.0).sum(axis=0)
-            count += read.sum(axis=0)
-        mean = np.where(count > 0, squares / np.maximum(count, 1), np.inf)
-        chosen = [i if new < old else k for k, new, old in zip(chosen, mean, least, strict=True)]
-        least = np.minimum(least, mean)
-    whole = {i: forms[i](runs) for i in set(chosen)}
-    picked = (
-        np.column_stack([whole[chosen[c]].readings[run][:, c] for c in range(channels)])
-        for run in range(len(runs))
-    )
-    said = tuple(np.where(np.isfinite(least), table, np.nan) for table in picked)
-    told = {c: whole[chosen[c]].linear for c in range(channels) if np.isfinite(least[c])}
-    return said, {c: linear[c] for c, linear in told.items() if c in linear}
+    squares, count = np.zeros(channels), np.zeros(channels)
+    for run, part, readings in zip(runs, early, form(early).readings, strict=True):
+        error = (run.readings - readings)[run.fitted & ~part.fitted]
+        read = np.isfinite(run.readings)[run.fitted & ~part.fitted]
+        squares += np.where(read, np.where(np.isfinite(error), error, np.inf) ** 2, 0.0).sum(axis=0)
+        count += read.sum(axis=0)
+    return np.where(count > 0, squares / np.maximum(count, 1), np.inf)
 
 
 def _earlier(runs: Sequence[Signals]) -> list[Signals]:
@@ -203,8 +230,8 @@ def _weights(
     return weights[:, 0], float(constant[0])
 
 
-def _ridge(rich: bool, share: float, thermometers: Array) -> Form:
-    """Each channel from the inputs and the other thermometers, now."""
+def _ridge(driving: bool, share: float, thermometers: Array) -> Form:
+    """Each channel from the other thermometers now, and from temperatures among the inputs if asked for."""
 
     def form(runs: Sequence[Signals]) -> Fitted:
         filled = [np.column_stack([_filled(run.time, c) for c in run.readings.T]) for run in runs]
@@ -213,8 +240,9 @@ def _ridge(rich: bool, share: float, thermometers: Array) -> Form:
             others = thermometers & (np.arange(thermometers.size) != channel)
             if not others.any():
                 continue
+            warm = runs[0].relative & driving
             columns = [
-                np.column_stack([f[:, others], r.columns(rich)]) for f, r in zip(filled, runs, strict=True)
+                np.column_stack([f[:, others], r.inputs[:, warm]]) for f, r in zip(filled, runs, strict=True)
             ]
             found = _weights(columns, runs, channel, share)
             if found is None:
@@ -223,7 +251,7 @@ def _ridge(rich: bool, share: float, thermometers: Array) -> Form:
             for table, column in zip(result, columns, strict=True):
                 table[:, channel] = column @ weights + offset
             read = [(name,) for name, other in zip(runs[0].channels, others, strict=True) if other]
-            features = [*read, *runs[0].features(rich)]
+            features = [*read, *((n,) for n, one in zip(runs[0].names, warm, strict=True) if one)]
             linear[channel] = Linear(direct=dict(zip(features, weights.tolist(), strict=True)), offset=offset)
         return Fitted(result, linear)
 

@@ -85,6 +85,33 @@ def test_a_ridge_on_thermometers_tells_the_growth() -> None:
     assert rms(run, ridge)[2] < 0.3e-6
 
 
+@pytest.mark.parametrize(("per_kelvin", "goes_by_it"), [(5e-8, False), (1e-6, True)])
+def test_a_ridge_goes_by_a_temperature_among_inputs_only_where_that_is_clearly_better(
+    per_kelvin: float, goes_by_it: bool
+) -> None:
+    run = made()
+    hall = 1.0 * np.sin(run.time / 900)
+    readings = run.readings + np.outer(per_kelvin * hall, [0, 0, 1])
+    readings[:, 2] += 2e-8 * np.random.default_rng(1).normal(size=400)
+    told = replace(
+        run,
+        readings=readings,
+        inputs=np.column_stack([run.inputs[:, 0], 295.15 + hall]),
+        relative=np.array([False, True]),
+        names=("motor.current", "link.hall_temperature"),
+    )
+    fit = found(told, "ridge").linear[2]
+    assert (("link.hall_temperature",) in fit.direct) is goes_by_it
+
+
+def test_a_ridge_on_thermometers_does_not_go_by_what_makes_heat() -> None:
+    """Growth that jumps with the power in the log, as by load: in another duty cycle load and power part."""
+    run = made()
+    readings = run.readings + np.outer(1e-8 * run.inputs[:, 0], [0, 0, 1])
+    fit = found(replace(run, readings=readings), "ridge").linear[2]
+    assert set(fit.direct) == {("shaft",), ("tip",)}
+
+
 def test_held_out_rows_change_no_plain_fit() -> None:
     run = made()
     spoiled = run.readings.copy()
