@@ -72,7 +72,13 @@ OF_THE_DESIGN = {"knownConditionTrueFalse", "duplicateCondition", "constParamete
 @pytest.mark.platform
 @pytest.mark.skipif(shutil.which("cppcheck") is None, reason="cppcheck is not installed")
 @pytest.mark.parametrize(
-    "law", [pytest.param(n, marks=pytest.mark.slow) if n.startswith("observer") else n for n in LAWS]
+    # The observer's C has no construct that observer_drift's has not.
+    "law",
+    [
+        pytest.param(n, marks=pytest.mark.slow) if n.startswith("observer") else n
+        for n in LAWS
+        if n != "observer"
+    ],
 )
 def test_cppcheck_names_no_rule_of_misra_but_those_that_the_readme_lists(law: str, tmp_path: Path) -> None:
     folder = written(core_of(law, "single"), tmp_path)
