@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,7 @@ def noticed(frame: Any, event: str, result: Any) -> None:
     """Name what the variables of a law's function hold, when it returns."""
     if event != "return":
         return
-    path = Path(frame.f_code.co_filename)
-    if (
-        path.parent.name == "program"
-        or path.name.startswith("<")
-        or path.name in _NOT_ITS_NAMES
-        or "numpy" in path.parts
-    ):
+    if not _lends(frame.f_code.co_filename):
         return
     arguments = frame.f_code.co_varnames[: frame.f_code.co_argcount]
     for name, value in frame.f_locals.items():
@@ -29,6 +24,14 @@ def noticed(frame: Any, event: str, result: Any) -> None:
             _named(value, name.strip("_"), "fallback" if name in arguments else "name")
     if isinstance(result, tuple):
         _named(result, frame.f_code.co_name.strip("_"), "fallback")
+
+
+@cache
+def _lends(file: str) -> bool:
+    """Whether variables of the functions in a file lend their names; asked at every return."""
+    path = Path(file)
+    ours = path.parent.name == "program" or path.name in _NOT_ITS_NAMES
+    return not (ours or path.name.startswith("<") or "numpy" in path.parts)
 
 
 def _named(value: Any, name: str, kind: str, depth: int = 0) -> None:

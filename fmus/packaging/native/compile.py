@@ -78,6 +78,8 @@ UNIT_FLAGS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("deriving.c", "equations.c"), ("-Og",)),
     "fmi2_cs.c": _FEW_BRANCHES,
     "fmi3_cs.c": _FEW_BRANCHES,
+    # A log has too few rows for more to be worth its time: -O2 takes twice as long.
+    "replay.c": ("-Og",),
     # No part of any step.
     **dict.fromkeys(("model_life.c", "model_sentences.c", "fmi2_rest.c", "fmi3_rest.c"), ("-O0",)),
 }

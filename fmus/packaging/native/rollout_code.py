@@ -53,10 +53,12 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
     lanes = most if side_by_side else 1
     p, u = whole.start_values()
     starts = dict(zip(whole.u.names, u.tolist(), strict=True))
+    # One lane is as fast with -O1, and compiled in three quarters of the time.
+    flags = ("-w",) if lanes > 1 else ("-w", "-O1")
     sources = _sources(driven, _inputs(driven, starts, wires, given), given, recorded, lanes)
     starting, table = _starting(whole, driven, given, starts)
     return Rollout(
-        library=library_here(sources, "rollout", "-w", level=level),
+        library=library_here(sources, "rollout", *flags, level=level),
         level=level,
         lanes=lanes,
         starting=starting,

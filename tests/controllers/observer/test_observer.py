@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from warmlink.controllers import interface
+from warmlink.controllers.export.core import designed
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import filters_of
 from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.controllers.regression.component import COMPONENT as REGRESSION
+from warmlink.controllers.replay import ReplayedOutputs, replay
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance, Snapshot
 
@@ -156,35 +158,44 @@ def test_doubt_about_the_expansion_is_added_where_given() -> None:
     assert added == pytest.approx((0.02 * unsure.get("predicted_elongation")) ** 2, rel=1e-6)
 
 
-def padded(component: Component, steps: int, heard: int | None = None, **values: float) -> Instance:
-    """A cell at rest that warms as under a pad, in samples of 10 s; thermometers are heard for so many."""
-    instance = running(component, {"sample_time": 10.0, **values})
-    draw = np.random.default_rng(3)
-    for k in range(steps):
-        rise = np.array([8.0, 9.0, 6.0, 4.0, 3.5]) * (1 - math.exp(-k / 200)) + 0.1 * draw.normal(size=5)
-        gone = heard is not None and k >= heard
-        instance.set(dict(zip(interface.SENSED, COLD + rise * (math.nan if gone else 1.0), strict=True)))
-        instance.step(10.0 * k, 10.0)
-    return instance
+def felt(rise: np.ndarray, steps: int, draw: np.random.Generator) -> np.ndarray:
+    """Readings of a cell in K, with their noise, shape (steps, 5)."""
+    return COLD + rise + 0.1 * draw.normal(size=(steps, 5))
+
+
+def under_a_pad(steps: int, heard: int | None = None) -> np.ndarray:
+    """Readings at rest while the cell warms as under a pad, in samples of 10 s; so many are heard."""
+    warmed = 1 - np.exp(-np.arange(steps)[:, None] / 200)
+    readings = felt(np.array([8.0, 9.0, 6.0, 4.0, 3.5]) * warmed, steps, np.random.default_rng(3))
+    readings[heard if heard is not None else steps :] = math.nan
+    return readings
+
+
+def said_of(
+    component: Component, readings: np.ndarray, measured: np.ndarray | None = None, **values: float
+) -> ReplayedOutputs:
+    """What a law says after each sample, from a cold start; a camera sees what is left of the measured."""
+    start = component.start_values()[1]
+    rows = np.tile(start, (len(readings) + 1, 1))
+    rows[1:, [component.u.index[name] for name in interface.SENSED]] = readings
+    seen = None if measured is None else np.concatenate([[math.nan], measured])
+    found = replay(designed(component, values), rows, seen)
+    return ReplayedOutputs(*(each[1:] for each in vars(found).values()))
 
 
 def test_the_doubt_stays_while_nothing_could_show_that_a_heat_has_gone() -> None:
     """All thermometers gone with a pad on: the law is no surer of itself hours later."""
-    at_once, later = (padded(OBSERVER, steps, heard=200) for steps in (210, 1100))
-    assert at_once.get("correction_std") > 0.1e-6
-    assert later.get("correction_std") > at_once.get("correction_std")
-    assert later.get("ready") == 0.0
+    said = said_of(OBSERVER, under_a_pad(1100, heard=200), sample_time=10.0)
+    at_once, later = said.correction_std[209], said.correction_std[1099]
+    assert at_once > 0.1e-6
+    assert later > at_once
+    assert said.ready[1099] == 0.0
 
 
 @pytest.mark.parametrize("sample_time", [10.0, 60.0, 300.0])
 def test_sound_sensors_are_trusted_at_any_sample_time(sample_time: float) -> None:
-    instance, draw = running(OBSERVER, {"sample_time": sample_time}), np.random.default_rng(4)
-    said = []
-    for k in range(250):
-        instance.set(dict(zip(interface.SENSED, COLD + 0.1 * draw.normal(size=5), strict=True)))
-        instance.step(k * sample_time, sample_time)
-        said.append(instance.get("distrusted"))
-    assert np.mean(said) < 0.02
+    readings = felt(np.zeros(5), 250, np.random.default_rng(4))
+    assert np.mean(said_of(OBSERVER, readings, sample_time=sample_time).distrusted) < 0.02
 
 
 # the camera -----------------------------------------------------------------------------------------------
@@ -246,7 +257,11 @@ def test_the_camera_does_not_move_the_temperatures(drift: float) -> None:
 
 def test_without_a_camera_the_law_is_the_observer() -> None:
     """With heat that no input tells of, too: doubt about it is none about the expansion."""
-    with_its_states, plain = padded(DRIFT, 120, drift_valid=0.0), padded(OBSERVER, 120)
+    with_its_states, plain = running(DRIFT, {"sample_time": 10.0}), running(OBSERVER, {"sample_time": 10.0})
+    for each in (with_its_states, plain):
+        for k, readings in enumerate(under_a_pad(120)):
+            each.set(dict(zip(interface.SENSED, readings, strict=True)))
+            each.step(10.0 * k, 10.0)
     assert plain.get("correction_std") > 0.05e-6
     for name in ("correction", "predicted_elongation", "correction_std", "ready", "distrusted"):
         assert with_its_states.get(name) == pytest.approx(plain.get(name), rel=1e-9, abs=1e-15)
@@ -254,15 +269,10 @@ def test_without_a_camera_the_law_is_the_observer() -> None:
 
 def test_what_a_lying_camera_taught_does_not_wind_up() -> None:
     """It drifts off beyond what is believed of it, is mended, and is soon followed again."""
-    instance, draw = running(DRIFT, {"sample_time": 10.0}), np.random.default_rng(5)
-    said = []
-    for k in range(840):
-        lie = min(10e-6 / 3600 * 10 * k, 5.5e-6) if k < 600 else 0.0
-        instance.set(dict(zip(interface.SENSED, COLD + 0.1 * draw.normal(size=5), strict=True)))
-        if k % 3 == 0:
-            remaining = lie - instance.get("correction") + 1e-9 * (k % 2)
-            instance.set({"measured_drift": remaining, "drift_valid": 1.0})
-        instance.step(10.0 * k, 10.0)
-        said.append(instance.get("correction"))
+    k = np.arange(840)
+    lie = np.where(k < 600, np.minimum(10e-6 / 3600 * 10 * k, 5.5e-6), 0.0)
+    measured = np.where(k % 3 == 0, lie + 1e-9 * (k % 2), math.nan)
+    readings = felt(np.zeros(5), 840, np.random.default_rng(5))
+    said = said_of(DRIFT, readings, measured, sample_time=10.0).correction
     assert max(said) == pytest.approx(3e-6, abs=0.3e-6)
     assert abs(said[-1]) < 0.3e-6

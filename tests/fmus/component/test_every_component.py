@@ -88,7 +88,7 @@ def some_step(rng: np.random.Generator) -> float:
 
 
 @pytest.mark.parametrize("name", ALL)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_what_follows_a_restored_state_is_bit_for_bit_what_followed_then(name: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -201,7 +201,7 @@ def flat(instance: Instance) -> tuple[np.ndarray, np.ndarray]:
 
 # Rows of a table come from C alone: `packaging/native/test_tables.py` compares those with NumPy's.
 @pytest.mark.parametrize("name", [name for name, each in ALL.items() if not each.tables])
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(seed=st.integers(0, 10**6))
 @example(seed=234834)  # an observer's gain for all thermometers at once, off by 2e-12 of 1
 def test_casadi_and_numpy_compute_the_same(name: str, seed: int) -> None:

@@ -51,4 +51,4 @@ def check(fmu: str, rng: random.Random) -> int:
     return len(set(first))
 
 
-print(json.dumps({fmu: [check(fmu, random.Random(seed)) for seed in range(4)] for fmu in sys.argv[1:]}))
+print(json.dumps({fmu: [check(fmu, random.Random(seed)) for seed in range(2)] for fmu in sys.argv[1:]}))

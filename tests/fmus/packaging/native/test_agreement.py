@@ -69,7 +69,7 @@ def _steps(component: Component) -> st.SearchStrategy[float]:
     return st.floats(math.log(0.01), math.log(longest)).map(math.exp)
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_random_runs_agree(pair: tuple[Component, Native], data: st.DataObject) -> None:
     component, native = pair

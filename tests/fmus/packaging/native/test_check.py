@@ -136,7 +136,7 @@ def test_a_number_that_is_none_is_named(damaged: Build) -> None:
 
 def test_a_leak_is_measured(damaged: Build) -> None:
     leak = insert("model_step.h", AT_END_OF_STEP, "    *(volatile char *)malloc(200) = 1;\n")
-    found = by_name(check_fmu(damaged(leak), cases=["memory growth"]))
+    found = by_name(check_fmu(damaged(leak), 4.0, ["memory growth"]))
     assert found["memory growth"].verdict == "fail"
     kibibytes = float(found["memory growth"].detail.split()[0])
     assert kibibytes > 100

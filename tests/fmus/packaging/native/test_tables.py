@@ -80,7 +80,7 @@ def test_a_joined_component_plays_in_c_as_in_python(
     python = Instance(joined)
     for each in (native, python):
         each.initialize()
-    for k in range(300):
+    for k in range(100):
         for each in (native, python):
             each.step(7.3 * k, 7.3)
         for name in (
