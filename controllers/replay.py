@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -97,6 +97,7 @@ def _in_python(law: Component, instance: Instance, rows: Array, measured: Array)
     return found
 
 
+@lru_cache(maxsize=8)
 def _library(law: Component) -> bytes:
     """The law and the loop over rows as a shared library; its design is an argument."""
     functions = []

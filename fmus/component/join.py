@@ -101,6 +101,22 @@ class Joint:
         self.parts, self.wires = {key: parts[key] for key in self._orders.parts}, wires
         self._moving = self._before(key for key, part in parts.items() if part.rates is not None)
         self._sampling = {key: self._before([key]) for key, part in parts.items() if part.sampled}
+        # Looked up once, as the equations of an arm are gone through thousands of times.
+        self._shown = {
+            key: [
+                (output.name, None if output.size is None else i, name, f"{key}.{name}")
+                for output in part.outputs
+                for i, name in enumerate(output.scalar_names)
+            ]
+            for key, part in parts.items()
+        }
+        self._fed = {
+            key: [
+                (each, [(name, wires.get(f"{key}.{name}")) for name in each.scalar_names])
+                for each in part.inputs
+            ]
+            for key, part in parts.items()
+        }
 
     @property
     def starting(self) -> list[str]:
@@ -199,11 +215,9 @@ class Joint:
         signals: dict[str, Number] = {}
         for key, ready in schedule:
             given = observe(key, self._record(key, signals, free))
-            for output in self.parts[key].outputs:
-                value = given[output.name]
-                for i, name in enumerate(output.scalar_names):
-                    if name in ready:
-                        signals[f"{key}.{name}"] = value if output.size is None else value[i]
+            for output, element, name, full in self._shown[key]:
+                if name in ready:
+                    signals[full] = given[output] if element is None else given[output][element]
         return signals
 
     def _record(self, key: str, signals: Values, free: Record) -> Record:
@@ -212,14 +226,14 @@ class Joint:
     def _inputs_of(self, key: str, signals: Values, free: Record) -> Values:
         """Inputs of a part by name; those not known yet stand at their start value."""
         found: dict[str, Number] = {}
-        for variable in self.parts[key].inputs:
-            names = {name: self.wires.get(f"{key}.{name}") for name in variable.scalar_names}
-            if not any(names.values()):
-                found[variable.name] = getattr(part_of(free, key), variable.name)
+        own = part_of(free, key)
+        for variable, ends in self._fed[key]:
+            if not any(wire for _, wire in ends):
+                found[variable.name] = getattr(own, variable.name)
                 continue
             values = [
-                getattr(part_of(free, key), name) if wire is None else signals.get(wire, variable.start)
-                for name, wire in names.items()
+                getattr(own, name) if wire is None else signals.get(wire, variable.start)
+                for name, wire in ends
             ]
             found[variable.name] = values[0] if variable.size is None else stack(*values)
         return found

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -174,6 +175,7 @@ def _hexahedra(columns: Iterable[tuple[str, Array, Array]]) -> Any:
     return mesh.with_subdomains({name: np.flatnonzero(np.array(owner) == name) for name in set(owner)})
 
 
+@cache
 def _plan(n: int) -> dict[str, list[Array]]:
     """Grids of n x n elements, seen along the shaft: link without holes, shaft's ring, diode's disc."""
     g, half = GEOMETRY, GEOMETRY.width / 2

@@ -195,7 +195,7 @@ class LawView:
                 f"{run.name}: column {headers[0]!r}: {self.rig.name} has no growth in m; leave it out"
             )
         names = {headers[0]: stand_in}
-        names |= {column.header: "" for column in run.columns if column.variable in self.growth}
+        names |= {column.header: "" for column in run.columns if column.variable in run.readings}
         again = read_run(source, self.rig, options=replace(options, names={**options.names, **names}))
         return np.asarray(np.interp(run.time, again.time, again.readings[stand_in]))
 

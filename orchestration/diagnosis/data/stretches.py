@@ -56,9 +56,9 @@ def stuck(times: Array, values: Array) -> Rows:
     noise, step = _noise(times[rows][begins], read[begins]), quantum(values)
     usual = float(np.quantile(moves[moves > 0], _USUAL))
     leap, found = max(_LEAP * noise, _STEPS * step, _MOVES * usual), []
-    for first, last, length in zip(begins.tolist(), ends.tolist(), lengths.tolist(), strict=True):
-        if length < _HELD:
-            continue
+    held = lengths >= _HELD
+    for first, last in zip(begins[held].tolist(), ends[held].tolist(), strict=True):
+        length = last - first
         before = abs(read[first] - read[first - 1]) if first else np.inf
         after = abs(read[last] - read[last - 1]) if last < read.size else np.inf
         others = read.size - length

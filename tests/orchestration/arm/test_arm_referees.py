@@ -41,11 +41,12 @@ FEEDTHROUGH = slice(0, 2)
 
 
 @pytest.fixture(scope="module")
-def arm() -> System:
+def arm(fmu_store: FmuStore) -> System:
+    """Native where something compiles; the cell runs with FMUs of both kinds in these masters."""
     program = load_program("six_axis_iso_9283")
     values = merged(arm_values(), program.start_values())
     machine, law = arm_chain(), controller("lag").name
-    files = FmuStore("python").files(set(machine.parts_with(law).values()))
+    files = fmu_store.files(set(machine.parts_with(law).values()))
     return machine.system(files, law, values)
 
 

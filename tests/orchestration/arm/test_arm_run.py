@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.command import exit_code, refused
 from tests.documented import undescribed
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
@@ -153,17 +152,12 @@ def test_a_comparison_has_a_row_for_each_controller(comparison_files: FmuSet, tm
     assert len((tmp_path / "compare.csv").read_text("utf-8").splitlines()) == 3
 
 
-def warmlink(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "warmlink.orchestration.cli", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=200)
-
-
-def test_the_command_writes_what_it_says(tmp_path: Path) -> None:
-    done = warmlink(
-        "run", "six_axis_inspection", "--stop", "5 min", "--no-report", "--out", str(tmp_path / "o")
-    )
-    assert done.returncode == 0, done.stderr
-    assert "largest error" in done.stdout
+def test_the_command_writes_what_it_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["run", "six_axis_inspection", "--stop", "5 min", "--no-report", "--out", str(tmp_path / "o")]
+    assert exit_code(asked, monkeypatch) == 0
+    assert "largest error" in capsys.readouterr().out
     figures = json.loads((tmp_path / "o/metrics.json").read_text("utf-8"))
     assert figures["system"] == "SixAxisArm"
     assert not undescribed("metrics.json", figures)
@@ -184,13 +178,14 @@ def test_the_command_writes_what_it_says(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_wrong_ends_in_one_sentence(
-    arguments: tuple[str, ...], sentence: str, tmp_path: Path
+    arguments: tuple[str, ...],
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    done = warmlink(*arguments, "--out", str(tmp_path / "o"))
-    assert done.returncode == 2, done.stderr
-    assert sentence in done.stderr
-    assert "Traceback" not in done.stderr
-    assert not (tmp_path / "o").exists()
+    monkeypatch.chdir(tmp_path)
+    assert sentence in refused([*arguments, "--out", "o"], capsys, monkeypatch)
 
 
 def test_a_file_of_one_s_own_is_a_scenario_of_the_arm() -> None:

@@ -17,7 +17,7 @@ from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.closed_loop.belief import design_check
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.command_line.arguments import OPTIONS
-from warmlink.orchestration.scenarios.scenario import changed
+from warmlink.orchestration.scenarios.scenario import Scenario, changed
 from warmlink.orchestration.shell import quoted
 
 NOMINAL = "windshield_wiper"
@@ -59,6 +59,13 @@ def test_a_law_without_a_design_is_not_judged_once_somebody_gave_it_values() -> 
     assert design_check(own) == (None, False)
 
 
+@pytest.fixture(scope="module")
+def longer() -> tuple[Scenario, tuple[str | None, bool]]:
+    """A link of another length, and what is said of it."""
+    scenario = changed(load_scenario(NOMINAL), "lag", {"link.length": "400 mm"})
+    return scenario, design_check(scenario)
+
+
 @pytest.mark.parametrize(
     "value",
     [
@@ -69,11 +76,13 @@ def test_a_law_without_a_design_is_not_judged_once_somebody_gave_it_values() -> 
         {"warning_limit": "100 um"},
     ],
 )
-def test_limits_that_somebody_gave_are_no_design(value: dict[str, str]) -> None:
-    longer = changed(load_scenario(NOMINAL), "lag", {"link.length": "400 mm"})
-    given = changed(longer, None, {f"compensator.{name}": text for name, text in value.items()})
-    assert design_check(given) == design_check(longer)
-    assert "suit" in str(design_check(given)[0])
+def test_limits_that_somebody_gave_are_no_design(
+    value: dict[str, str], longer: tuple[Scenario, tuple[str | None, bool]]
+) -> None:
+    scenario, said = longer
+    given = changed(scenario, None, {f"compensator.{name}": text for name, text in value.items()})
+    assert design_check(given) == said
+    assert "suit" in str(said[0])
 
 
 @pytest.mark.parametrize(("noise", "ideal"), [("0 K", True), ("0.1 K", False)])
