@@ -29,9 +29,9 @@ from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.master.run import Stepping, simulate
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.studies.case import recorded
 
 SCENARIO, LAW, STOP, STEP = "windshield_wiper", "lag", 3600.0, 1.0
-RECORDED = ("link.elongation", "compensator.correction")
 SLOTS = ("link.emissivity", "motor.coulomb_friction", "motor.joint_resistance")
 OUTPUTS = ("motor.shaft_temperature", "link.tip_temperature")
 
@@ -77,14 +77,14 @@ def scenario() -> Scenario:
 def fmu_run(kind: FmuKind, stepping: Stepping) -> Work:
     """An hour of the cell's FMUs under a master."""
     asked = scenario()
-    system = asked.system(asked.files(FmuStore(kind)))
-    return lambda: simulate(system, STOP, STEP, record=RECORDED, stepping=stepping, check_stability=False)
+    system, names = asked.system(asked.files(FmuStore(kind))), recorded(asked.machine)
+    return lambda: simulate(system, STOP, STEP, record=names, stepping=stepping, check_stability=False)
 
 
 def rollouts(side_by_side: bool) -> tuple[Work, int]:
-    """So many hours of the cell in one piece as run side by side, and how many these are."""
+    """So many hours of the cell in one piece, as studies have it, and how many these are."""
     asked = scenario()
-    whole = rollout(asked.joined(), RECORDED, side_by_side)
+    whole = rollout(asked.joined(), recorded(asked.machine), side_by_side)
     runs = [asked.values()] * whole.lanes
     return lambda: whole.run(runs, round(STOP / STEP), STEP), whole.lanes
 

@@ -209,10 +209,10 @@ def test_no_code_asks_which_machine_it_has() -> None:
     assert names
     homes = {"orchestration/machine/__init__.py", "orchestration/arm/chain.py"}
     for path in SOURCES:
-        place = path.relative_to(ROOT).as_posix()
-        if place in homes:
+        place, text = path.relative_to(ROOT).as_posix(), path.read_text("utf-8")
+        if place in homes or not any(name in text for name in (*names, "WARMUP_CELL")):
             continue
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        for node in ast.walk(ast.parse(text)):
             asks = isinstance(node, ast.Constant) and node.value in names
             if isinstance(node, ast.Compare):
                 sides = (node.left, *node.comparators)
@@ -288,8 +288,9 @@ def test_the_library_speaks_of_arguments_and_the_command_of_options() -> None:
     spoken = re.compile(r"(?<![\w<!-])--[a-z][a-z-]+")
     found = []
     for path in SOURCES:
-        if {"command_line", "cli.py"}.isdisjoint(path.parts):
-            tree = ast.parse(path.read_text("utf-8"))
+        text = path.read_text("utf-8")
+        if {"command_line", "cli.py"}.isdisjoint(path.parts) and spoken.search(text):
+            tree = ast.parse(text)
             told = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
             texts = (n for n in ast.walk(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str))
             sentences = (each for each in texts if " " in each.value and id(each) not in told)

@@ -3,7 +3,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks import diagnosis
 from benchmarks.diagnosis import bench_diagnosis
+from benchmarks.diagnosis_trial import Trial
 from benchmarks.hidden_effects import KINDS, drawn, weakened, with_gaps
 from warmlink.orchestration.diagnosis.practice.effects import effect_of
 from warmlink.orchestration.diagnosis.practice.hide import hide
@@ -11,12 +13,30 @@ from warmlink.orchestration.diagnosis.practice.hide import hide
 
 @pytest.mark.slow
 def test_the_bench_counts_and_writes(tmp_path: Path) -> None:
-    bench = bench_diagnosis({"single": 1, "none": 2}, seed=1)
+    bench = bench_diagnosis({"single": 1, "none": 1}, seed=1)
     bench.write(tmp_path)
     assert {p.name for p in tmp_path.iterdir()} == {"bench_diagnosis.csv", "confusion.csv", "trials.csv"}
     rows = {row["kind"]: row for row in bench.table()}
     assert rows["single"]["runs"] == 1
     assert rows["single"]["right_percent"] == 100
+    assert rows["none"]["runs"] == rows["none"]["adequate"] == 1
+
+
+def test_every_trial_is_made_and_counted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[tuple[str, int, int]] = []
+
+    def trial(task: tuple[str, int, int]) -> Trial:
+        made.append(task)
+        kind, _, number = task
+        verdict = "adequate" if kind == "none" else "unknown"
+        right = kind == "none" or number == 0
+        return Trial(kind, number, (), (), verdict, (), (), 0.5, right, False, (), None, None, None, 1.0)
+
+    monkeypatch.setattr(diagnosis, "trial", trial)
+    rows = {row["kind"]: row for row in bench_diagnosis({"single": 4, "none": 2}, seed=1).table()}
+    assert sorted(made) == [("none", 1, 0), ("none", 1, 1), *(("single", 1, i) for i in range(4))]
+    assert rows["single"]["runs"] == rows["single"]["unknown"] == 4
+    assert rows["single"]["right_percent"] == 25
     assert rows["none"]["runs"] == rows["none"]["adequate"] == 2
 
 

@@ -74,8 +74,9 @@ def test_every_command_option_and_cause_is_there() -> None:
     page = reference.commands()
     assert re.findall(r"^## warmlink (\S+)$", page, re.MULTILINE) == list(ours())
     assert page.count("`--out ") >= 10
+    causes = reference.causes()
     for cause in catalogue():
-        assert f"| `{cause.name}` | {cause.sentence} |" in reference.causes()
+        assert f"| `{cause.name}` | {cause.sentence} |" in causes
 
 
 def test_every_option_in_a_help_text_is_set_as_code() -> None:
@@ -100,7 +101,7 @@ def test_every_script_of_the_gallery_is_shown() -> None:
 
 
 def test_on_the_site_links_lead_to_its_pages() -> None:
-    shown = {**texts.pages(), **reference.pages()}
+    shown = generated()
     own = {page: texts.linked(page.read_text("utf-8"), page) for page in DOCS_PAGES}
     for page, text in {**shown, **own}.items():
         for target in re.findall(r"(?<!!)\[[^\]]+\]\((?!\w+:)([^)#\s]+)[^)]*\)", text):
@@ -119,17 +120,26 @@ def test_each_page_that_is_made_from_code_has_a_heading_that_says_which_command_
     leading = set(
         re.findall(r"^#+ .*\n\n\[All of it\]\(/generated/(.*)\.md\)$", texts.adapted(texts.REFERENCE), re.M)
     )
-    components_alone = {page for page in reference.pages() if page.startswith("components/")}
-    assert leading == {*reference.pages()} - components_alone | {"components/index"}
-    group: Any = typer.main.get_command(application())
+    made = {*reference.pages()}
+    components_alone = {page for page in made if page.startswith("components/")}
+    assert leading == made - components_alone | {"components/index"}
     for line in re.findall(r"`warmlink ([a-z]+ [^`]+)`", text):
         name, *given = shlex.split(line)
-        command = group.commands[name]
+        command = commands()[name]
         command.make_parser(command.context_class(command)).parse_args([*given])
         if name in ("schema", "init"):
             assert given == ["KIND"] or given[0] in {"schema": kinds(), "init": KINDS}[name], line
 
 
+@cache
+def commands() -> dict[str, Any]:
+    """Every command as typer has it, by its name: what reads arguments."""
+    group: Any = typer.main.get_command(application())
+    found: dict[str, Any] = group.commands
+    return found
+
+
+@cache
 def anchors(path: Path) -> set[str]:
     """Anchors of a Markdown file's headings, as GitHub and MyST make them."""
     headings = re.findall(r"^#+ (.+)$", path.read_text("utf-8"), re.MULTILINE)
@@ -137,9 +147,9 @@ def anchors(path: Path) -> set[str]:
 
 
 @cache
-def generated() -> set[str]:
-    """Names of the pages that are made from the code and from texts of the checkout."""
-    return {*texts.pages(), *reference.pages()}
+def generated() -> dict[str, str]:
+    """Pages that are made from the code and from texts of the checkout, by their names."""
+    return {**texts.pages(), **reference.pages()}
 
 
 RUN_BY_TESTS = {
@@ -187,14 +197,13 @@ def test_links_lead_somewhere_and_commands_can_be_given(text: Path) -> None:
             file = text.parent / target if target else text
             assert file.exists(), target
             assert not anchor or anchor in anchors(file), f"{target}#{anchor}"
-    group: Any = typer.main.get_command(application())
     for line in re.findall(r"^(?:\.venv/bin/)?warmlink ([^|>\n]+)", written, re.MULTILINE):
         name, *given = shlex.split(line, comments=True)
-        command = group.commands[name]
+        command = commands()[name]
         command.make_parser(command.context_class(command)).parse_args(given)
     for line in re.findall(r"^\|[^|]*\| `warmlink ([^`]+)`", written, re.MULTILINE):
         name, *given = shlex.split(line)
-        command = group.commands[name]
+        command = commands()[name]
         command.make_parser(command.context_class(command)).parse_args(given)
     # What is not installed is there in the checkout alone.
     assert not re.search(r"python (-m benchmarks|examples/)", written) or "checkout" in written

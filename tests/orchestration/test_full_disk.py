@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from benchmarks.trivial_fmu import build_trivial_fmu
+from tests.warm import ran
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.system.model import (
@@ -195,8 +196,7 @@ def test_results_of_an_earlier_run_stay_where_new_ones_cannot_be_written(
         "simulate": ["simulate", str(system), "--no-error-budget"],
     }[command]
     before = tmp_path / "before"
-    arguments = [sys.executable, "-m", "warmlink.orchestration.cli", *own, "--out", str(before)]
-    subprocess.run([*arguments, "--stop", "1 min"], check=True, capture_output=True)
+    ran(*own, "--stop", "1 min", "--out", str(before)).check_returncode()
     old = comparable({path.name: path.read_bytes().hex() for path in before.iterdir()})
     stride = 1 if ALL else 5
     whole, disturbed = at_every_write(

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from tests.orchestration.test_full_disk import ALL, comparable, library, system
+from tests.warm import ran
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.files import settle
 from warmlink.orchestration.fmu_store import FmuStore
@@ -92,8 +93,7 @@ def test_old_results_are_whole_or_new_ones(library: Path, system: Path, tmp_path
     own, before, folder = make(system), tmp_path / "before", tmp_path / "killed"
     folder.mkdir()
     begin = [sys.executable, "-c", EVERY_CHANGE]
-    run = [sys.executable, "-m", "warmlink.orchestration.cli", *own]
-    subprocess.run([*run, "--stop", "1 min", "--out", str(before)], check=True, capture_output=True)
+    ran(*own, "--stop", "1 min", "--out", str(before)).check_returncode()
     done = subprocess.run(
         [
             *begin,
@@ -134,8 +134,7 @@ def test_old_results_are_whole_or_new_ones(library: Path, system: Path, tmp_path
     assert old in found
     # The next run works, whatever it finds.
     for k in [*ended][:: 1 if ALL else 6]:
-        again = [*run, "--stop", "2 min", "--out", str(folder / k)]
-        subprocess.run(again, check=True, capture_output=True)
+        ran(*own, "--stop", "2 min", "--out", str(folder / k)).check_returncode()
         left = held(folder / k)
         assert results(left) == new
         assert not [name for name in left if name.startswith(".")]

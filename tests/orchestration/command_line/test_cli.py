@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.command import exit_code
 from warmlink.fmus.packaging.release import version
 
 
@@ -45,17 +46,32 @@ def test_a_misspelt_command_is_told_the_right_one(tmp_path: Path) -> None:
         ("run --controller la", "lag"),
         ("run --mismatch noi", "noisy_sensors"),
         ("run --master gauss", "gauss_seidel"),
-        ("sim", "simulate"),
     ],
 )
-def test_the_shell_completes_commands_and_names(tmp_path: Path, words: str, proposed: str) -> None:
-    done = started(
-        folder=tmp_path,
-        _WARMLINK_COMPLETE="complete_bash",
-        COMP_WORDS=f"warmlink {words}",
-        COMP_CWORD=str(len(words.split())),
-    )
-    assert proposed in done.stdout.split()
+def test_the_shell_completes_commands_and_names(
+    words: str,
+    proposed: str,
+    in_a_fresh_folder: None,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for name, value in asked(words).items():
+        monkeypatch.setenv(name, value)
+    assert exit_code([], monkeypatch) == 0
+    assert proposed in capsys.readouterr().out.split()
+
+
+def test_the_shell_asks_a_process(tmp_path: Path) -> None:
+    assert "simulate" in started(folder=tmp_path, **asked("sim")).stdout.split()
+
+
+def asked(words: str) -> dict[str, str]:
+    """What the shell says in the environment when a word is to be completed."""
+    return {
+        "_WARMLINK_COMPLETE": "complete_bash",
+        "COMP_WORDS": f"warmlink {words}",
+        "COMP_CWORD": str(len(words.split())),
+    }
 
 
 @pytest.mark.platform

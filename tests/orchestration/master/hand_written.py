@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 import zipfile
 from pathlib import Path
 
 import pytest
+
+from tests.built import built
 
 
 def compiled(folder: Path, source: Path, description: str) -> Path:
@@ -28,12 +29,14 @@ def compiled(folder: Path, source: Path, description: str) -> Path:
     # FMPy asks for every function of the standard; those of FMI 1.0 are all in the file.
     types = (headers / f"fmi{version}Functions.h").read_text()
     every = set(re.findall(rf"FMI{version}_Export \w+ +(fmi{version}\w+);", types))
-    own = re.findall(rf"^\w[\w *]*?(fmi{version}\w+)\(", source.read_text(), re.MULTILINE)
-    own += [f"fmi{version}{name}" for name in re.findall(r"NAMED\((\w+)\)\(", source.read_text())]
-    absent = folder / "absent.c"
-    absent.write_text("".join(f"int {name}(void) {{ return 3; }}\n" for name in sorted(every - set(own))))
+    text = source.read_text()
+    own = re.findall(rf"^\w[\w *]*?(fmi{version}\w+)\(", text, re.MULTILINE)
+    own += [f"fmi{version}{name}" for name in re.findall(r"NAMED\((\w+)\)\(", text)]
+    absent = "".join(f"int {name}(void) {{ return 3; }}\n" for name in sorted(every - set(own)))
+    (folder / "present.c").write_text(text)
+    (folder / "absent.c").write_text(absent)
     flags = ["-O1", "-fPIC", "-shared", "-w", f"-I{headers}", f"-DFMI={version}"]
-    subprocess.run([compiler, *flags, str(source), str(absent), "-o", str(library), "-lm"], check=True)
+    built([compiler, *flags, "present.c", "absent.c", "-lm"], (text, absent), library)
     place = fmpy.platform_tuple if version == 3 else fmpy.platform
     with zipfile.ZipFile(folder / f"{identifier}.fmu", "w") as archive:
         archive.writestr("modelDescription.xml", description)

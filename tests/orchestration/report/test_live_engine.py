@@ -10,10 +10,10 @@ import pytest
 from tests.node import node
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
+from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.packaging.native.fmu import browser_module, build_native_fmus
 from warmlink.fmus.recorded_duty.component import COMPONENT as PLAYER
 from warmlink.fmus.recorded_duty.component import duty_table, playing
-from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.run import simulate
@@ -76,8 +76,8 @@ def test_the_cell_gives_the_native_numbers_at_every_step(tmp_path: Path) -> None
 
 
 def test_a_refusal_is_the_components_sentence() -> None:
-    assert node(RUN, job(LINK, 20, ["elongation"], {"length": -0.1})) == (
-        "ThermalLink.length: -0.1 m is not positive; give a value above 0 m"
+    assert node(RUN, job(HEATER, 20, ["heat_flow"], {"initial_temperature": -0.1})) == (
+        "Heater.initial_temperature: -0.1 K is not positive; give a value above 0 K"
     )
 
 

@@ -47,13 +47,13 @@ def errors(scenario: Scenario, folder: Path) -> dict[str, Any]:
     """Error of the tool point by the native FMU of the whole system, in m."""
     (fmu,) = build_native_fmus([Entry(scenario.joined(), "warmlink.orchestration.machine.machine")], folder)
     alone = DefaultExperiment(0.0, stop := scenario.stop_time, 1.0)
-    result = simulate(System("Alone", {"whole": component("whole", fmu)}, (), alone), stop, 1.0)
+    roles = scenario.machine.roles
+    judged = {"none": roles.uncompensated, "lag": roles.score}
+    needed = sorted({f"whole.{each}" for expression in judged.values() for each in expression.variables})
+    whole = System("Alone", {"whole": component("whole", fmu)}, (), alone)
+    result = simulate(whole, stop, 1.0, record=needed)
     return {
-        name: expression.value(lambda each: result[f"whole.{each}"])
-        for name, expression in (
-            ("none", scenario.machine.roles.uncompensated),
-            ("lag", scenario.machine.roles.score),
-        )
+        name: expression.value(lambda each: result[f"whole.{each}"]) for name, expression in judged.items()
     }
 
 

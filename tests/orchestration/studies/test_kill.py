@@ -8,10 +8,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import chdir, contextmanager, suppress
 from pathlib import Path
 
 import pytest
+
+from tests.warm import ran
 
 pytest.importorskip("optuna")
 psutil = pytest.importorskip("psutil")
@@ -37,16 +39,18 @@ def _longer(folder: Path) -> None:
     (folder / "study.toml").write_text(text.replace("points = 3", "points = 4"))
 
 
+PYTHON = [sys.executable, "-m", "warmlink.orchestration.cli"]
+
+
 def command(text: str, out: str) -> list[str]:
-    python = [sys.executable, "-m", "warmlink.orchestration.cli"]
-    return [*python, *text.split(), "--no-report", "--out", out]
+    return [*text.split(), "--no-report", "--out", out]
 
 
 @contextmanager
 def begun(folder: Path, text: str, out: str) -> Iterator[subprocess.Popen[str]]:
     """A command that runs; afterwards neither it nor a process of its is there any more."""
     process = subprocess.Popen(
-        command(text, out), cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*PYTHON, *command(text, out)], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     seen: set[psutil.Process] = set()
     try:
@@ -82,7 +86,8 @@ def wait_for_runs(folder: Path, count: int, process: subprocess.Popen[str]) -> N
 
 
 def finished(folder: Path, text: str, out: str) -> str:
-    done = subprocess.run(command(text, out), cwd=folder, capture_output=True, text=True, timeout=240)
+    with chdir(folder):
+        done = ran(*command(text, out))
     assert done.returncode == 0, done.stderr
     return done.stdout.partition(out)[0]
 

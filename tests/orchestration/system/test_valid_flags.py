@@ -81,14 +81,18 @@ def test_a_system_with_ports_shows_its_flags(told: dict[str, Path], tmp_path: Pa
 
 def test_a_joined_cell_has_the_flags_of_its_parts() -> None:
     law = components()[LAW]
-    cell = WARMUP_CELL.joined(law, DROPOUTS)
+    early = {
+        "sensors": {**DROPOUTS["sensors"], "fault_time[1]": 20.0},
+        "camera": {**DROPOUTS["camera"], "fault_time": 40.0},
+    }
+    cell = WARMUP_CELL.joined(law, early)
     assert flagged(cell).default_stop_time == cell.default_stop_time
     found: dict[str, list[float]] = {}
     for each in (cell, flagged(cell)):
         running = Instance(each, each.name)
         running.begin(0.0)
         running.initialize()
-        for i in range(150):
+        for i in range(70):
             running.step(float(i), 1.0)
             for name in ("compensator.correction", "sensors.reading[1]", "camera.measured_drift_valid"):
                 if name in each.y.index:
@@ -97,8 +101,8 @@ def test_a_joined_cell_has_the_flags_of_its_parts() -> None:
     assert with_nan == with_flags
     assert with_nan[-1] != 0
     assert np.isnan(nan[-1])
-    assert held[-1] == held[-2] == nan[58]
-    assert valid[60] == 1.0
+    assert held[-1] == held[-2] == nan[18]
+    assert valid[35] == 1.0
     assert valid[-1] == 0.0
 
 
