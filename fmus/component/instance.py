@@ -209,8 +209,8 @@ class Instance:
             if self.component.continuous.size and instant - time > TICK_TOLERANCE * self.component.micro_step:
                 self._integrate(time, instant - time)
             time = instant
-            for i in clocks[first:] if first is not None else ():
-                if i == first or self._is_due(i, instant):
+            for i in clocks if first is not None else ():
+                if i == first or self._is_due(i, instant):  # by rounding also one before it
                     self._sample(i)
 
     def _period(self, clock: int) -> float:
