@@ -177,7 +177,8 @@ class Instance:
     def _begin(self) -> None:
         self._settle(self._p)
         with np.errstate(all="ignore"):
-            self._x = np.asarray(self.component.states_at_start(self._u, self._settled), dtype=float)
+            begun = self.component.states_at_start(self._u, self._settled, self._time)
+            self._x = np.asarray(begun, dtype=float)
         self._samples = [0] * len(self.component.clocks)
 
     def _check_inputs(self) -> None:

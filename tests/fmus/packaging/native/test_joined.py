@@ -1,4 +1,4 @@
-"""Clocks of different periods: of samples due at once, the first part's comes first, whatever rounding says."""
+"""Joined components in Python and in C: which part is sampled first, and what the parts begin with."""
 
 from __future__ import annotations
 
@@ -17,38 +17,49 @@ from warmlink.fmus.packaging.native.fmu import native_fmu_files
 
 from .running import Native
 
+RAMP = Component(
+    name="Ramp",
+    description="Gives the time",
+    outputs=(Output("now", "s", "time"),),
+    observe=lambda x, u, p, time: {"now": 1.0 * time},
+)
 COUNTS = Component(
     name="Counts",
     description="Counts its samples",
     parameters=(Parameter("sample_time", "s", 0.1, "time between two", minimum=1e-3),),
-    states=(State("number", "1"),),
-    outputs=(Output("count", "1", "samples so far"),),
+    states=(State("number", "s"),),
+    outputs=(Output("count", "s", "samples so far, as if each were a second"),),
     update=lambda x, u, p, time, step: {"number": x.number + 1.0},
     observe=lambda x, u, p, time: {"count": x.number},
 )
 FOLLOWS = Component(
     name="Follows",
-    description="Holds what it has seen in its last sample",
-    inputs=(Input("seen", "1", "what it looks at"),),
+    description="Holds what it has seen in its last sample, or at the start",
+    inputs=(Input("seen", "s", "what it looks at"),),
     parameters=(Parameter("sample_time", "s", 0.3, "time between two", minimum=1e-3),),
-    states=(State("held", "1"),),
-    outputs=(Output("last", "1", "what it saw"),),
+    states=(State("held", "s"),),
+    outputs=(Output("last", "s", "what it saw"),),
+    begin=lambda u, p: {"held": u.seen},
     update=lambda x, u, p, time, step: {"held": u.seen},
     observe=lambda x, u, p, time: {"last": x.held},
 )
-BOTH = join("Both", {"first": COUNTS, "second": FOLLOWS}, [("first.count", "second.seen")])
+WHOLE = join(
+    "Whole",
+    {"ramp": RAMP, "counts": COUNTS, "follows": FOLLOWS, "watch": FOLLOWS},
+    [("counts.count", "follows.seen"), ("ramp.now", "watch.seen")],
+)
 SAMPLES = 50
 
 
 @pytest.fixture(params=["Python", "native"])
 def running(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Instance | Native]:
     if request.param == "Python":
-        yield Instance(BOTH)
+        yield Instance(WHOLE)
         return
     compiler: Compiler = request.getfixturevalue("c_compiler")
-    path = tmp_path / "Both.fmu"
-    write_archive(path, native_fmu_files(Entry(BOTH, __name__), "2.0", [compiler]))
-    native = Native(path, BOTH)
+    path = tmp_path / "Whole.fmu"
+    write_archive(path, native_fmu_files(Entry(WHOLE, __name__), "2.0", [compiler]))
+    native = Native(path, WHOLE)
     yield native
     native.close()
 
@@ -60,5 +71,14 @@ def test_of_samples_due_at_once_the_first_parts_comes_first(running: Instance | 
     seen = []
     for k in range(SAMPLES):
         running.step(0.05 + 0.3 * k, 0.3)
-        seen.append(running.get("second.last"))
+        seen.append(running.get("follows.last"))
     assert seen == [3.0 * (k + 1) for k in range(SAMPLES)]
+
+
+def test_parts_begin_with_what_others_give_at_the_start_of_the_run(running: Instance | Native) -> None:
+    if isinstance(running, Instance):
+        running.begin(1000.0)
+        running.initialize()
+    else:
+        running.initialize(1000.0)
+    assert running.get("watch.last") == running.get("ramp.now") == 1000.0
