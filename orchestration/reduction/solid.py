@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import combinations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
@@ -205,6 +206,10 @@ def _from_mesh(path: Path, scale: float) -> Solid:
     inner = mesh.f2t[:, mesh.f2t[1] >= 0]
     _one_body(path, len(np.unique(_connected(inner[0], inner[1], mesh.nelements))), "no tetrahedra")
     named = mesh.boundaries or {}
+    for one, other in combinations(named, 2):
+        if np.intersect1d(named[one], named[other]).size:
+            told = f"the groups {one} and {other} share triangles, of which each lies on one face"
+            raise InputError(f"{path}: {told}; leave one of the groups out")
     rest = np.setdiff1d(mesh.boundary_facets(), np.concatenate([[], *named.values()])).astype(np.int64)
     faces = [*named.items(), *(("", patch) for patch in _patches(mesh, rest))]
     return Solid(mesh, [_face(mesh, i, name, facets) for i, (name, facets) in enumerate(faces, 1)])
@@ -220,21 +225,23 @@ def _tetrahedra(path: Path, scale: float) -> Any:
     linear = {"tetra10": ("tetra", 4), "triangle6": ("triangle", 3)}
     blocks = [(*linear.get(block.type, (block.type, None)), block.data) for block in held.cells]
     cells = [(kind, data[:, :corners]) for kind, corners, data in blocks]
+    others = [block.type for block in held.cells if block.dim == 3 and block.type not in ("tetra", "tetra10")]
+    if others:
+        raise InputError(f"{path}: holds cells of the type {others[0]}; mesh the whole solid with tetrahedra")
     if "tetra" not in dict(cells):
         raise InputError(f"{path}: holds no tetrahedra, as a shell does; mesh the solid with tetrahedra")
     straight = meshio.Mesh(scale * held.points.astype(float), cells, cell_sets=held.cell_sets)
     places = len(straight.points) ** np.arange(3)  # one number for each triangle, by its corners
     each_face = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
     faces = np.sort(straight.cells_dict["tetra"][:, each_face].astype(np.int64)) @ places
+    numbers, shared = np.unique(faces, return_counts=True)
     for name, members in straight.cell_sets_dict.items():
         if "triangle" not in members or name.startswith("gmsh:"):
             continue
         triangles = straight.cells_dict["triangle"][members["triangle"]].astype(np.int64)
-        if not np.isin(np.sort(triangles) @ places, faces).all():
-            raise InputError(
-                f"{path}: the group {name} has triangles that are no faces of tetrahedra, as those of a "
-                "plane beside the part; take them out of it"
-            )
+        if not np.isin(np.sort(triangles) @ places, numbers[shared == 1]).all():
+            told = f"the group {name} has triangles that are none of the part's surface, as those of a plane"
+            raise InputError(f"{path}: {told} through it or beside it; take them out of the group")
     mesh = convert.from_meshio(straight, force_meshio_type="tetra", ignore_orientation=True)
     return mesh.remove_unused_nodes()
 
