@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -71,7 +72,8 @@ def test_a_refused_step_leaves_everything_and_may_be_repeated() -> None:
     assert outputs(motor) == outputs(undisturbed)
 
 
-def test_a_host_that_goes_on_after_a_refused_step_reads_no_old_values() -> None:
+@pytest.mark.parametrize("restores", [True, False], ids=["restores", "repeats"])
+def test_a_host_that_goes_on_after_a_refused_step_reads_no_old_values(restores: bool) -> None:
     motor = slave()
     saved = motor._get_fmu_state()
     put(motor, speed=math.inf)
@@ -81,9 +83,11 @@ def test_a_host_that_goes_on_after_a_refused_step_reads_no_old_values() -> None:
     assert "the step from 0 s was refused; repeat that one or restore a state" in told(motor)[-1]
     assert all(map(math.isnan, outputs(motor)))
     assert motor.get_real([REFERENCES["speed"]]) == [DUTY["speed"]]
-    motor._set_fmu_state(saved)
-    assert all(map(math.isfinite, outputs(motor)))
+    if restores:
+        motor._set_fmu_state(saved)
+        assert all(map(math.isfinite, outputs(motor)))
     assert motor.do_step(0.0, STEP)
+    assert all(map(math.isfinite, outputs(motor)))
 
 
 @pytest.mark.parametrize(
@@ -99,6 +103,14 @@ def test_a_variable_that_there_is_not_costs_one_step(kind: str, name: str | None
     assert f"no {kind.capitalize()} variable has the value reference {reference}" in sentence
     assert not motor.do_step(0.0, STEP)
     assert told(motor) == [sentence]
+    assert motor.do_step(0.0, STEP)
+
+
+def test_what_was_refused_before_the_run_began_costs_no_step() -> None:
+    motor = slave(begun=False)
+    motor.set_real([10_000], [1.0])
+    motor.exit_initialization_mode()
+    assert len(told(motor)) == 1
     assert motor.do_step(0.0, STEP)
 
 
@@ -131,6 +143,8 @@ def test_what_was_saved_does_not_change_with_what_follows() -> None:
     put(motor, winding_heat_capacity=1.0)  # in the run, so that the next step is refused
     saved, as_bytes = motor._get_fmu_state(), MotorSlave._fmu_state_to_bytes
     before = as_bytes(saved)
+    put(motor, winding_heat_capacity=2.0)
+    assert as_bytes(saved) == before
     assert not motor.do_step(0.0, STEP)
     assert motor.do_step(0.0, STEP)
     assert as_bytes(saved) == before
@@ -151,6 +165,15 @@ def test_a_byte_that_differs_makes_a_state_damaged() -> None:
         assert outputs(motor) == before
         told(motor)
     assert motor.do_step(STEP, STEP)
+
+
+def test_a_state_that_no_instance_could_have_is_damaged_whatever_its_digest() -> None:
+    motor = slave()
+    saved = motor._get_fmu_state()
+    assert saved.snapshot is not None
+    early = replace(saved, snapshot=replace(saved.snapshot, time=-STEP))
+    motor._set_fmu_state(MotorSlave._fmu_state_from_bytes(MotorSlave._fmu_state_to_bytes(early)))
+    assert told(motor) == ["the serialised state is damaged; serialise it anew"]
 
 
 def flipped(content: bytes, place: int) -> bytes:
