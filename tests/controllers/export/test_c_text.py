@@ -38,7 +38,7 @@ def number(rng: np.random.Generator, depth: int) -> Value:
     if depth == 0 or rng.random() < 0.15:
         place = Index(int(rng.integers(KNOWN.size)))
         return Read(HELD, place) if rng.random() < 0.7 else KnownNumber(float(rng.choice([-1.5, 0.1, 7.0])))
-    kind = str(rng.choice([*ONE, *TWO, "select"]))
+    kind = str(rng.choice([*ONE, *TWO, *["select"] * 4]))
     if kind == "select":
         return Operation(kind, (condition(rng, depth - 1), number(rng, depth - 1), number(rng, depth - 1)))
     return Operation(
