@@ -4,6 +4,7 @@ It must not depend on when it is looked for, or a state that is restored in anot
 otherwise. So it is found at points of its own, in which what is off at the start is on.
 """
 
+from contextlib import suppress
 from functools import lru_cache, partial
 
 import numpy as np
@@ -34,7 +35,8 @@ def coupling(component: Component) -> NDArray[np.bool_]:
         shares = (point * _GOLDEN * np.arange(1, len(given) + 1)) % 1.0
         values = np.array([_value(*each, point) for each in zip(given, shares, strict=True)])
         u, time = values[component.p.size :], point / POINTS * component.default_stop_time
-        with np.errstate(all="ignore"):
+        # Equations may refuse a point where no run comes; where one does, its step says so.
+        with np.errstate(all="ignore"), suppress(Exception):
             settled = component.settled(values[: component.p.size])
             x = np.asarray(component.states_at_start(u, settled, time), dtype=float)
             x = x + (point * _GOLDEN * np.arange(1, x.size + 1)) % 1.0

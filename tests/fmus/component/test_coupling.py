@@ -1,10 +1,13 @@
 """Which states act on whose rates, whatever is on when the question comes up."""
 
+from dataclasses import replace
+
 import casadi
 import numpy as np
 import pytest
 
-from warmlink.fmus.component import Component, Input, Output, Parameter, State
+from warmlink.fmus.component import Component, Input, Output, Parameter, Record, State, Values
+from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.component.coupling import coupling
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.plant import plant
@@ -39,6 +42,15 @@ def test_it_is_that_of_the_equations_as_expressions(name: str) -> None:
     rates = casadi.SX(component.rates_of(x, u, component.settled(p), time))
     expected = casadi.DM(casadi.jacobian_sparsity(rates, x[:size]), 1).full() != 0
     np.testing.assert_array_equal(coupling(component), expected | np.eye(size, dtype=bool))
+
+
+def test_equations_that_refuse_some_points_are_asked_at_the_others() -> None:
+    def early(x: Record, u: Record, p: Record, time: Number) -> Values:
+        if time > 0:
+            raise ArithmeticError("no such time")
+        return {"cold": x.warm - x.cold, "warm": 0.0 * time}
+
+    assert coupling(replace(SWITCHED, rates=early)).tolist() == [[True, True], [False, True]]
 
 
 def test_a_state_goes_on_alike_where_a_coupling_was_off_before() -> None:
