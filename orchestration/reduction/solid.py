@@ -24,6 +24,7 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.reduction.places import nearest
 from warmlink.orchestration.text_files import demand_file
 from warmlink.orchestration.written.quantities import quantity
 
@@ -259,21 +260,6 @@ def _face(mesh: Any, number: int, name: str, facets: Integers) -> Face:
     return Face(number, name, facets, float(area.sum()), corners.mean(axis=1) @ area / area.sum())
 
 
-def nearest(place: Array, corners: Array) -> tuple[float, int, Array]:
-    """Distance from a place [m] to the nearest of triangles or tetrahedra, its number, its corners' weights.
-
-    Corners are of shape (3, 3 or 4, n) [m]. Beside a simplex, weights below 0 are set to 0.
-    """
-    first = corners[:, 0]
-    edges = np.moveaxis(corners[:, 1:] - first[:, None], 2, 0)
-    shares = np.einsum("nij,jn->in", np.linalg.pinv(edges), place[:, None] - first)
-    weights = np.maximum(np.vstack([1 - shares.sum(axis=0), shares]), 0.0)
-    weights /= weights.sum(axis=0)
-    distance = np.linalg.norm(np.einsum("kin,in->kn", corners, weights) - place[:, None], axis=0)
-    index = int(np.argmin(distance))
-    return float(distance[index]), index, weights[:, index]
-
-
 def _patches(mesh: Any, facets: Integers) -> list[Integers]:
     """Boundary facets of an `skfem.MeshTet`, parted into faces at sharp edges."""
     normals = _normals(mesh.p[:, mesh.facets[:, facets]])
@@ -295,7 +281,7 @@ def _connected(a: Integers, b: Integers, count: int) -> Integers:
 
 
 def _normals(corners: Array) -> Array:
-    """Normals of triangles, shape (3, n) [m2], twice as long as their area; corners as of `nearest`."""
+    """Normals of triangles, shape (3, n) [m2], twice as long as their area, for corners, (3, 3, n) [m]."""
     first, second, third = np.moveaxis(corners, 1, 0)
     return np.cross(second - first, third - first, axis=0)
 
