@@ -77,7 +77,7 @@ static double alone(long steps, double step)
     for (int i = 0; i < WL_INPUTS; i++)
         u[i] = WL(variables)[FIRST_INPUT + i].start;
     WL(settle)(p, d);
-    WL(begin)(u, d, x[0]);
+    WL(begin)(u, d, &(double){0}, x[0]);
     double from = now();
     for (long i = 0; i < steps; i++) {
         double time = i * step;

@@ -107,7 +107,7 @@ class C:
             return self.read(value)
         kind, of = value.kind, value.of
         if kind == "neg":
-            text, level = f"-{self.value(of[0], 8)}", 8
+            text, level = f"-{self.value(of[0], 9)}", 8
         elif kind == "not":
             text, level = f"!{self.value(of[0], 9)}", 8
         elif kind == "eq":

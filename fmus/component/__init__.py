@@ -231,12 +231,17 @@ class Component:
             settled[self.d.index[played.name]] = played.table.handle
         return settled
 
-    def states_at_start(self, u: Number, p: Number) -> Number:
-        """Flat vector of start values of the states, shape (x.size,), for flat inputs and parameters."""
-        return self.x.flat(self.started(self.u.read(u), self.d.read(p)))
+    def states_at_start(self, u: Number, p: Number, time: Number = 0.0) -> Number:
+        """Flat vector of start values of the states, shape (x.size,), for flat inputs and parameters.
 
-    def started(self, u: Record, p: Record) -> Values:
+        The run starts at a time in s, at which a joined component's parts see each other's outputs.
+        """
+        return self.x.flat(self.started(self.u.read(u), self.d.read(p), time))
+
+    def started(self, u: Record, p: Record, time: Number = 0.0) -> Values:
         """Start values of the states by name."""
+        if self.joint is not None:
+            return self.joint.begin(u, p, time)
         if self.begin is not None:
             return self.begin(u, p)
         values: dict[str, Number] = {}

@@ -57,7 +57,7 @@ def dependencies(
         return casadi.vertcat(component.outputs_of(x, u, settled, t)[: component.output_count], slopes)
 
     # The start values stand in place of the states, as they do during initialization.
-    begun = casadi.SX(component.states_at_start(u, settled))
+    begun = casadi.SX(component.states_at_start(u, settled, t))
     at_start = casadi.vertcat(unknowns(begun), begun if states else nothing)
     computed = [*component.y.names[: component.output_count], *rates]
     held = [*component.u.names, TIME]

@@ -9,6 +9,7 @@ import numpy as np
 
 from warmlink.fmus.component import Component, Input, Parameter, limits
 from warmlink.fmus.component.arithmetic import Number, stack
+from warmlink.fmus.component.coupling import coupling
 from warmlink.fmus.component.integrator import GAMMA, ComplexStepJacobian, Vector, ros2, solution_of
 from warmlink.fmus.errors import InputError
 
@@ -170,14 +171,15 @@ class Instance:
         self._y = None
 
     def _settle(self, parameters: Vector) -> None:
-        self._p, self._jacobian = parameters, None
+        self._p = parameters
         with np.errstate(all="ignore"):
             self._settled = np.asarray(self.component.settled(parameters), dtype=float)
 
     def _begin(self) -> None:
         self._settle(self._p)
         with np.errstate(all="ignore"):
-            self._x = np.asarray(self.component.states_at_start(self._u, self._settled), dtype=float)
+            begun = self.component.states_at_start(self._u, self._settled, self._time)
+            self._x = np.asarray(begun, dtype=float)
         self._samples = [0] * len(self.component.clocks)
 
     def _check_inputs(self) -> None:
@@ -209,8 +211,8 @@ class Instance:
             if self.component.continuous.size and instant - time > TICK_TOLERANCE * self.component.micro_step:
                 self._integrate(time, instant - time)
             time = instant
-            for i in clocks[first:] if first is not None else ():
-                if i == first or self._is_due(i, instant):
+            for i in clocks if first is not None else ():
+                if i == first or self._is_due(i, instant):  # by rounding also one before it
                     self._sample(i)
 
     def _period(self, clock: int) -> float:
@@ -241,11 +243,7 @@ class Instance:
             return self.component.rates_of(stack(x, held), self._u, self._settled, now, held_at)
 
         if self._jacobian is None and self.component.solve is None:
-            # The diagonal always counts: a loss that inputs switch on and off lies there, and the structure
-            # must not depend on when it is found.
-            every = ComplexStepJacobian(np.ones((size, size), dtype=bool))
-            found = every(partial(rates, now=time, held_at=time), self._x[:size])
-            self._jacobian = ComplexStepJacobian((found != 0) | np.eye(size, dtype=bool))
+            self._jacobian = ComplexStepJacobian(coupling(self.component))
         x = self._x[:size]
         solve: Callable[[Number], Number] = partial(
             self.component.solved, p=self._settled, step=GAMMA * micro

@@ -77,7 +77,6 @@ def join(
         rates=joint.rates if continuous else None,
         observe=joint.observe,
         derive=joint.derive if any(part.derived for part in flat.values()) else None,
-        begin=joint.begin,
         clocks=tuple(joint.clocks()),
         joint=joint,
         terminals=tuple(_terminals(flat, source_of)),
@@ -131,13 +130,13 @@ class Joint:
         """What the parameters settle, by name."""
         return _named({k: part.derive(part_of(p, k)) for k, part in self.parts.items() if part.derive})
 
-    def begin(self, u: Record, p: Record) -> Values:
+    def begin(self, u: Record, p: Record, time: Number) -> Values:
         """Start values of the states by name, each part's from what the others begin with."""
 
         def begun(key: str, inputs: Record) -> Values:
             part, own = self.parts[key], part_of(p, key)
             states = part.x.read(part.x.flat(part.started(inputs, own))) if part.states else None
-            return part.observe(states, inputs, own, 0.0)
+            return part.observe(states, inputs, own, time)
 
         signals = self._followed(self._orders.starting, begun, u)
         stateful = [

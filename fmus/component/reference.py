@@ -6,6 +6,7 @@ steps between its parts, so there is no coupling error in it either.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -47,7 +48,8 @@ def integrate(
 ) -> Trajectory:
     """Integrate a component that nothing samples, from its declared start through the phases.
 
-    KeyError: a name is not one of the component's. RuntimeError: the integration failed.
+    KeyError: a name is not one of the component's. ValueError: a phase is not a multiple of `every`.
+    RuntimeError: the integration failed.
 
     Parameters
     ----------
@@ -71,7 +73,10 @@ def integrate(
             u[component.u.index[name]] = value
         if state is None:
             state = np.asarray(component.states_at_start(u, settled), dtype=float)
-        grid = begun + every * np.arange(round(phase.duration / every) + 1.0)
+        count = round(phase.duration / every)
+        if not math.isclose(count * every, phase.duration):
+            raise ValueError(f"a phase of {phase.duration:g} s is no multiple of {every:g} s")
+        grid = begun + every * np.arange(count + 1.0)
         solution = solve_ivp(
             lambda t, x, u: np.asarray(functions["rates"](x, u, settled, t)).ravel(),
             *((begun, grid[-1]), state, "BDF", grid),

@@ -78,7 +78,7 @@ def unit(text: str) -> ComponentUnit:
     exponents = dict.fromkeys(BASE_UNITS, 0)
     scale = Fraction(1)
     for factor, sign in factors:
-        match = re.fullmatch(r"([A-Za-z%]+|1)(-?[0-9]{1,2})?", factor)
+        match = re.fullmatch(r"(1$|[A-Za-zµ%]+)(-?[1-9][0-9]?)?", factor)
         if match is None or match[1] not in _SYMBOLS or _SYMBOLS[match[1]].offset:
             raise ValueError(f"unit {text!r}: {factor!r} is not known; write it as in 'W/(m2.K)'")
         symbol, power = _SYMBOLS[match[1]], sign * int(match[2] or 1)

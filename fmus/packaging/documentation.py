@@ -58,12 +58,17 @@ def variable_tables(component: Component) -> str:
 
 
 def _longest_step(component: Component) -> str:
-    parts = "sample_time" if component.sampled else f"{component.micro_step:g} s"
-    acts = "sample" if component.sampled else "micro step"
+    parts, sampled = dict[str, str](), [clock.sample_time for clock in component.clocks]
+    if sampled:
+        parts["sample"] = sampled[0] if len(sampled) == 1 else "the shortest sample time"
+    if component.continuous.size or not sampled:
+        parts["micro step"] = f"{component.micro_step:g} s"
+    longest = " or ".join(parts.values()) + (", whichever is shorter" if len(parts) > 1 else "")
     return (
-        f"<p>One communication step lasts at most {MOST_IN_A_STEP} times {parts}. A tunable parameter may "
-        f"change between communication steps; it acts from the next {acts} on, and at once on the outputs "
-        "that depend on it directly. A drift counts from where it began, also when its rate changes.</p>\n"
+        f"<p>One communication step lasts at most {MOST_IN_A_STEP} times {longest}. A tunable parameter may "
+        f"change between communication steps; it acts from the next {' or '.join(parts)} on, and at once on "
+        "the outputs that depend on it directly. A drift counts from where it began, also when its rate "
+        "changes.</p>\n"
     )
 
 

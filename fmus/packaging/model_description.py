@@ -46,6 +46,14 @@ def instantiation_token(component: Component, implementation: str = "") -> str:
     return "{" + str(uuid.uuid5(_NAMESPACE, json.dumps([component.name, interface, implementation]))) + "}"
 
 
+def tables_mark(component: Component) -> str:
+    """What the token of a component goes on with in a model description, by the tables that it plays.
+
+    FMUs that differ in these alone have one library, which takes any such mark.
+    """
+    return "".join(f"-{played.table.digest[:16]}" for played in component.tables)
+
+
 def model_description(
     component: Component,
     fmi_version: str = "2.0",
@@ -73,7 +81,8 @@ def model_description(
     modern = fmi_version == "3.0"
     states = exchanged_states(component) if native else []
     root = ET.Element("fmiModelDescription", {"fmiVersion": fmi_version, "modelName": component.name})
-    root.set("instantiationToken" if modern else "guid", instantiation_token(component, implementation))
+    token = instantiation_token(component, implementation) + tables_mark(component)
+    root.set("instantiationToken" if modern else "guid", token)
     root.attrib |= {
         "description": component.description,
         "author": release.AUTHOR,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import zipfile
 from pathlib import Path
 
@@ -11,7 +12,11 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import file_digest, write_archive
 from warmlink.fmus.packaging.beside import FOLDER, STEPS, reference_files, table_files
 from warmlink.fmus.packaging.cache import cache_folder, undamaged, used, vouch
+from warmlink.fmus.packaging.model_description import tables_mark
 from warmlink.fmus.recorded_duty.component import COMPONENT, playing
+
+_TOKEN = re.compile(rb'( (?:guid|instantiationToken)="\{[^}"]*\})[^"]*')
+"""The token of an FMU, and after it the mark of its tables."""
 
 
 def with_table(fmu: Path, table: RecordedTable) -> Path:
@@ -30,10 +35,12 @@ def with_table(fmu: Path, table: RecordedTable) -> Path:
         held = {name: archive.read(name) for name in archive.namelist()}
     if all(held.get(name) == content for name, content in files.items()):
         return fmu
-    version = "3.0" if b'fmiVersion="3.0"' in held["modelDescription.xml"] else "2.0"
+    about = held["modelDescription.xml"]
+    version = "3.0" if b'fmiVersion="3.0"' in about else "2.0"
+    marked = _TOKEN.sub(rb"\g<1>" + tables_mark(component).encode(), about, count=1)
     begins = playing(COMPONENT, table.until(STEPS * COMPONENT.default_step_size))
     tried = reference_files(begins, version) if any(name.startswith(FOLDER) for name in held) else {}
-    write_archive(path, {**held, **tried, **files})
+    write_archive(path, {**held, "modelDescription.xml": marked, **tried, **files})
     vouch(path)
     return path
 

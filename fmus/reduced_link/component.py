@@ -21,8 +21,9 @@ _OF_THE_SHAPE = (
     "conductivity_temperature_coefficient",
     "specific_heat_temperature_coefficient",
     "expansion_temperature_coefficient",
+    "convection_rise_exponent",
 )
-"""Parameters of ThermalLink that are fixed once a shape is reduced, or in which its heat is not linear."""
+"""Parameters of ThermalLink that are fixed once a shape is reduced, or with which its heat is not linear."""
 
 _BOUND = "estimated bound of the {} error due to the reduction"
 

@@ -115,11 +115,14 @@ def _loading(library: Path, time_limit: float) -> Outcome:
     if not sys.platform.startswith("linux"):
         return "skip", "made on Linux, whose loader takes any library into any program"
 
+    own = f"./{library.name}"  # its folder's name might hold a blank, which ends a name in LD_PRELOAD
+
     def complaint(command: Sequence[str], *preloaded: str) -> str:
         environment = {"LD_PRELOAD": " ".join(preloaded), "LD_BIND_NOW": "1", "PATH": os.defpath}
         try:
             done = subprocess.run(
                 command,
+                cwd=library.parent,
                 env=environment,
                 capture_output=True,
                 text=True,
@@ -129,20 +132,19 @@ def _loading(library: Path, time_limit: float) -> Outcome:
         except subprocess.TimeoutExpired:
             return f"it has not loaded within {time_limit:g} s"
         told = done.stderr.strip().splitlines() or [f"status {done.returncode}"] * (done.returncode != 0)
-        return told[0].replace(str(library), library.name).strip() if told else ""
+        return told[0].replace(own, library.name).strip() if told else ""
 
-    found = complaint(["/bin/true"], str(library))
+    found = complaint(["/bin/true"], own)
     if not found:
         return "pass", "every symbol found with the C library alone"
-    # LD_PRELOAD takes blanks for ends of names.
     symbol = (
         found.rpartition("undefined symbol: ")[2].split()[0].strip(",") if "undefined symbol" in found else ""
     )
-    if symbol and not complaint(["/bin/true"], str(library), "libm.so.6"):
+    if symbol and not complaint(["/bin/true"], own, "libm.so.6"):
         told = "which nearly every host has loaded; link it with -lm, for a host that has not"
         return "remark", f"does not name libm, whose {symbol} it calls, {told}"
     in_python = "import ctypes, sys; ctypes.CDLL(sys.argv[1])"
-    python = [sys.executable, "-S", "-c", in_python, str(library)]
+    python = [sys.executable, "-S", "-c", in_python, own]
     if hasattr(ctypes.pythonapi, symbol or "?") and not complaint(python):
         told = "a host in Python runs it, any other must load Python's library first"
         return "remark", f"needs Python in the host's process (undefined symbol: {symbol}): {told}"

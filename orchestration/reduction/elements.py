@@ -23,7 +23,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.thermal_link.equations import SENSOR_SHARES, SENSORS
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements import body as fem
-from warmlink.orchestration.reduction.solid import Face, Solid, nearest, point
+from warmlink.orchestration.reduction.places import nearest
+from warmlink.orchestration.reduction.solid import Face, Solid, point
 
 LEAST_REACH = 1e-5
 """m from the middle of the heated face to the tool point, along which a link grows."""

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import combinations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
@@ -23,6 +24,7 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.reduction.places import nearest
 from warmlink.orchestration.text_files import demand_file
 from warmlink.orchestration.written.quantities import quantity
 
@@ -205,6 +207,10 @@ def _from_mesh(path: Path, scale: float) -> Solid:
     inner = mesh.f2t[:, mesh.f2t[1] >= 0]
     _one_body(path, len(np.unique(_connected(inner[0], inner[1], mesh.nelements))), "no tetrahedra")
     named = mesh.boundaries or {}
+    for one, other in combinations(named, 2):
+        if np.intersect1d(named[one], named[other]).size:
+            told = f"the groups {one} and {other} share triangles, of which each lies on one face"
+            raise InputError(f"{path}: {told}; leave one of the groups out")
     rest = np.setdiff1d(mesh.boundary_facets(), np.concatenate([[], *named.values()])).astype(np.int64)
     faces = [*named.items(), *(("", patch) for patch in _patches(mesh, rest))]
     return Solid(mesh, [_face(mesh, i, name, facets) for i, (name, facets) in enumerate(faces, 1)])
@@ -220,21 +226,23 @@ def _tetrahedra(path: Path, scale: float) -> Any:
     linear = {"tetra10": ("tetra", 4), "triangle6": ("triangle", 3)}
     blocks = [(*linear.get(block.type, (block.type, None)), block.data) for block in held.cells]
     cells = [(kind, data[:, :corners]) for kind, corners, data in blocks]
+    others = [block.type for block in held.cells if block.dim == 3 and block.type not in ("tetra", "tetra10")]
+    if others:
+        raise InputError(f"{path}: holds cells of the type {others[0]}; mesh the whole solid with tetrahedra")
     if "tetra" not in dict(cells):
         raise InputError(f"{path}: holds no tetrahedra, as a shell does; mesh the solid with tetrahedra")
     straight = meshio.Mesh(scale * held.points.astype(float), cells, cell_sets=held.cell_sets)
     places = len(straight.points) ** np.arange(3)  # one number for each triangle, by its corners
     each_face = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
     faces = np.sort(straight.cells_dict["tetra"][:, each_face].astype(np.int64)) @ places
+    numbers, shared = np.unique(faces, return_counts=True)
     for name, members in straight.cell_sets_dict.items():
         if "triangle" not in members or name.startswith("gmsh:"):
             continue
         triangles = straight.cells_dict["triangle"][members["triangle"]].astype(np.int64)
-        if not np.isin(np.sort(triangles) @ places, faces).all():
-            raise InputError(
-                f"{path}: the group {name} has triangles that are no faces of tetrahedra, as those of a "
-                "plane beside the part; take them out of it"
-            )
+        if not np.isin(np.sort(triangles) @ places, numbers[shared == 1]).all():
+            told = f"the group {name} has triangles that are none of the part's surface, as those of a plane"
+            raise InputError(f"{path}: {told} through it or beside it; take them out of the group")
     mesh = convert.from_meshio(straight, force_meshio_type="tetra", ignore_orientation=True)
     return mesh.remove_unused_nodes()
 
@@ -250,21 +258,6 @@ def _face(mesh: Any, number: int, name: str, facets: Integers) -> Face:
     corners = mesh.p[:, mesh.facets[:, facets]]
     area = np.linalg.norm(_normals(corners), axis=0) / 2
     return Face(number, name, facets, float(area.sum()), corners.mean(axis=1) @ area / area.sum())
-
-
-def nearest(place: Array, corners: Array) -> tuple[float, int, Array]:
-    """Distance from a place [m] to the nearest of triangles or tetrahedra, its number, its corners' weights.
-
-    Corners are of shape (3, 3 or 4, n) [m]. Beside a simplex, weights below 0 are set to 0.
-    """
-    first = corners[:, 0]
-    edges = np.moveaxis(corners[:, 1:] - first[:, None], 2, 0)
-    shares = np.einsum("nij,jn->in", np.linalg.pinv(edges), place[:, None] - first)
-    weights = np.maximum(np.vstack([1 - shares.sum(axis=0), shares]), 0.0)
-    weights /= weights.sum(axis=0)
-    distance = np.linalg.norm(np.einsum("kin,in->kn", corners, weights) - place[:, None], axis=0)
-    index = int(np.argmin(distance))
-    return float(distance[index]), index, weights[:, index]
 
 
 def _patches(mesh: Any, facets: Integers) -> list[Integers]:
@@ -288,7 +281,7 @@ def _connected(a: Integers, b: Integers, count: int) -> Integers:
 
 
 def _normals(corners: Array) -> Array:
-    """Normals of triangles, shape (3, n) [m2], twice as long as their area; corners as of `nearest`."""
+    """Normals of triangles, shape (3, n) [m2], twice as long as their area, for corners, (3, 3, n) [m]."""
     first, second, third = np.moveaxis(corners, 1, 0)
     return np.cross(second - first, third - first, axis=0)
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import casadi
 import numpy as np
 import pytest
 
@@ -47,6 +48,19 @@ def test_a_bar_is_that_of_thermal_link(carried: dict[str, float]) -> None:
     for name in names:
         rise = np.abs(slender[name] - (COLD if "temperature" in name else 0.0)).max()
         assert np.abs(reduced[name] - slender[name]).max() < 0.002 * rise, name
+
+
+def test_whatever_may_be_set_acts() -> None:
+    """A parameter of ThermalLink that a reduced link cannot follow is none of its own."""
+    link = bar_link(4)
+    sizes = {"x": link.x.size, "u": link.u.size, "p": link.p.size, "time": 1}
+    x, u, p, time = (casadi.SX.sym(name, size) for name, size in sizes.items())
+    settled = link.settled(p)
+    found = [link.rates_of(x, u, settled, time), link.outputs_of(x, u, settled, time)]
+    found.append(link.states_at_start(u, settled))
+    _, acting = casadi.jacobian_sparsity(casadi.vertcat(*found), casadi.vertcat(p, u)).get_triplet()
+    names = [*link.p.names, *link.u.names]
+    assert [name for i, name in enumerate(names) if i not in acting] == []
 
 
 def test_it_takes_the_links_place_in_the_cell() -> None:

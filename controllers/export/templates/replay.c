@@ -35,7 +35,7 @@ void replay(long count, const double *inputs, const double *measured, const doub
             for (i = 0; i < STATES; i++)
                 x[i] = next[i];
         } else
-            begin_of(u, design, x);
+            begin_of(u, design, &time, x);
 #else
         (void)i;
         (void)next;

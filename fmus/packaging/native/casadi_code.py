@@ -46,16 +46,18 @@ class Symbols:
 
 
 def beginning(component: Component, suffix: str = "") -> Iterator[Function]:
-    """Yield `begin`, the states at the start, and `begin_tangent`, their derivative along inputs."""
+    """Yield `begin`, the states at the start, and `begin_tangent`, their derivative along inputs and time."""
     import casadi
 
     if not component.states:
         return
     s = Symbols.of(component, calls=component.sampled)
-    yield f"begin{suffix}", [s.u, s.d], component.states_at_start(s.u, s.d)
+    yield f"begin{suffix}", [s.u, s.d, s.time], component.states_at_start(s.u, s.d, s.time)
     s = Symbols.of(component)
-    begun, along = component.states_at_start(s.u, s.d), casadi.SX.sym("also", component.u.size)
-    yield f"begin_tangent{suffix}", [s.u, s.d, along], casadi.jtimes(begun, s.u, along)
+    begun = component.states_at_start(s.u, s.d, s.time)
+    along = [casadi.SX.sym("also", component.u.size), casadi.SX.sym("also")]
+    moved = casadi.jtimes(begun, casadi.vertcat(s.u, s.time), casadi.vertcat(*along))
+    yield f"begin_tangent{suffix}", [s.u, s.d, s.time, *along], moved
 
 
 def sampling(component: Component, clock: int, name: str = "sample") -> Function:

@@ -20,7 +20,7 @@ def starting(plan: WirePlan) -> Iterator[Function]:
 
     component, joint, nothing = plan.component, plan.joint, casadi.MX(0, 1)
     s = Symbols.of(component, calls=True)
-    du = casadi.MX.sym("also", component.u.size)
+    du, dtime = casadi.MX.sym("also", component.u.size), casadi.MX.sym("also")
     keys = sorted(joint.parts, key=lambda key: plan.places[key][1].start)
     own = {key: s.p[plan.places[key][0]] for key in keys}
     margins = [plan.kinds[key].margins()(own[key]) for key in keys if joint.parts[key].checks]
@@ -29,15 +29,15 @@ def starting(plan: WirePlan) -> Iterator[Function]:
     moved = dict(begun)
     for key in joint.starting:
         kind = plan.kinds[key]
-        signals = WiredSignals(plan, begun, s.u, s.d, casadi.MX(0))
-        along = Tangents(signals, moved, du, casadi.MX(0))
-        given = signals.inputs(key), signals.own(key)
-        moved = moved | {key: kind.begin_tangent()(*given, along.inputs(key))}
+        signals = WiredSignals(plan, begun, s.u, s.d, s.time)
+        along = Tangents(signals, moved, du, dtime)
+        given = signals.inputs(key), signals.own(key), s.time
+        moved = moved | {key: kind.begin_tangent()(*given, along.inputs(key), dtime)}
         begun = begun | {key: kind.begin()(*given)}
     yield "margins", [s.p], casadi.vertcat(nothing, *margins)
     yield "settle", [s.p], casadi.vertcat(nothing, *settled)
-    yield "begin", [s.u, s.d], casadi.vertcat(nothing, *begun.values())
-    yield "begin_tangent", [s.u, s.d, du], casadi.vertcat(nothing, *moved.values())
+    yield "begin", [s.u, s.d, s.time], casadi.vertcat(nothing, *begun.values())
+    yield "begin_tangent", [s.u, s.d, s.time, du, dtime], casadi.vertcat(nothing, *moved.values())
 
 
 def samples(plan: WirePlan) -> Iterator[Function]:

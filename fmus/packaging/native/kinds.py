@@ -107,11 +107,11 @@ class Kind:
         )
 
     def begin(self) -> Any:
-        """Function from inputs and settled parameters to the states at the start."""
+        """Function from inputs, settled parameters and time to the states at the start."""
         return self._once("begin", lambda: self._beginning[0][1:])
 
     def begin_tangent(self) -> Any:
-        """Function for the derivative of the states at the start along inputs."""
+        """Function for the derivative of the states at the start along inputs and time."""
         return self._once("begin_tangent", lambda: self._beginning[1][1:])
 
     @cached_property

@@ -30,3 +30,9 @@ def test_a_phase_cut_in_two_changes_nothing() -> None:
     )
     np.testing.assert_array_equal(whole.time, halves.time)
     assert halves.values["link.elongation"] == pytest.approx(whole.values["link.elongation"], abs=1e-12)
+
+
+def test_a_phase_that_is_not_recorded_to_its_end_is_refused() -> None:
+    """It would last as long as the next multiple."""
+    with pytest.raises(ValueError, match="a phase of 50 s is no multiple of 20 s"):
+        ran(WORK, replace(REST, duration=50.0))

@@ -32,6 +32,7 @@ def test_exponents(text: str, exponents: dict[str, int]) -> None:
         ("m", "mm", 0.3302, 330.2),
         ("m2", "mm2", 1.6129e-4, 161.29),
         ("K/s", "K/h", 1 / 3600, 1.0),
+        ("m/K", "µm/K", 23.6e-6, 23.6),
         ("rad", "deg", 3.141592653589793, 180.0),
     ],
 )
@@ -40,7 +41,7 @@ def test_display(stored: str, shown: str, value: float, reading: float) -> None:
     assert factor * value + offset == pytest.approx(reading, rel=1e-12)
 
 
-@pytest.mark.parametrize("text", ["W/m2/K", "furlong", "W/m2.K", "", "degC/s", "W m"])
+@pytest.mark.parametrize("text", ["W/m2/K", "furlong", "W/m2.K", "", "degC/s", "W m", "10", "m/10", "m0"])
 def test_what_is_no_unit_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match="unit"):
         unit(text)

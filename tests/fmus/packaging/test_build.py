@@ -10,11 +10,16 @@ from pathlib import Path
 
 import pytest
 
+from warmlink.controllers.lag.component import COMPONENT as LAG
 from warmlink.fmus.catalogue import Entry, catalogue
+from warmlink.fmus.component import Component
+from warmlink.fmus.component.join import join
 from warmlink.fmus.files import write_archive
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.documentation import documentation_page
 from warmlink.fmus.packaging.python.fmu import build_python_fmus, bundle
+from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
 from warmlink.orchestration.check.fmu import validity_problems
 
 ROOT = Path(__file__).parents[3]
@@ -124,6 +129,20 @@ def test_the_page_shows_values_in_their_display_units() -> None:
     row = next(line for line in page.splitlines() if "<code>initial_temperature</code>" in line)
     assert "<td>degC</td>" in row
     assert ">22<" in row
+
+
+@pytest.mark.parametrize(
+    ("parts", "longest"),
+    [
+        ({"motor": MOTOR}, "1 s."),
+        ({"sensors": SENSORS}, "sensors.sample_time."),
+        ({"motor": MOTOR, "sensors": SENSORS}, "sensors.sample_time or 1 s, whichever is shorter."),
+        ({"sensors": SENSORS, "law": LAG}, "the shortest sample time."),
+    ],
+)
+def test_the_page_says_how_long_a_step_may_be(parts: dict[str, Component], longest: str) -> None:
+    page = documentation_page(Entry(join("Cell", parts), __name__)).decode()
+    assert f"One communication step lasts at most 10000 times {longest}" in page
 
 
 def test_the_release_is_the_project_s() -> None:

@@ -48,6 +48,12 @@ def test_a_library_that_needs_more_than_libm_fails(tmp_path: Path, flags: tuple[
     assert "undefined symbol" in detail
 
 
+def test_a_folder_with_a_blank_in_its_name_is_no_fault_of_a_library(tmp_path: Path) -> None:
+    folder = tmp_path / "my fmus:1"
+    folder.mkdir()
+    assert fmu._loading(library(folder, "int f(void) { return 1; }"), 10.0)[0] == "pass"
+
+
 def test_a_library_that_needs_python_says_so(tmp_path: Path) -> None:
     text = "extern char _Py_NoneStruct; char *f(void) { return &_Py_NoneStruct; }"
     verdict, detail = fmu._loading(library(tmp_path, text), 10.0)

@@ -174,14 +174,41 @@ def test_more_patterns_than_a_mesh_has_are_refused(
         reduce(tmp_path / "part.inp", *FACES, "--unit", "mm", *options)
 
 
-@pytest.mark.parametrize("corners", [[[4, 5, 6]], [[0, 1, 4]]])
-def test_a_group_of_triangles_beside_the_tetrahedra_is_refused(
-    corners: list[list[int]], tmp_path: Path
-) -> None:
+POINTS = 100.0 * np.array(
+    [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [2, 1, 1], [1, 2, 1], [2, 2, 2]]
+)
+TETRAHEDRA = ("tetra", [[0, 1, 2, 3], [1, 2, 3, 4]])
+
+
+@pytest.mark.parametrize("corners", [[4, 5, 6], [0, 1, 4], [1, 2, 3]], ids=["apart", "beside", "inside"])
+def test_a_group_of_triangles_that_are_no_surface_is_refused(corners: list[int], tmp_path: Path) -> None:
+    """Heat would leave the part through a plane inside it."""
     import meshio
 
-    points = 100.0 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [2, 1, 1], [1, 2, 1]])
-    cells = [("tetra", [[0, 1, 2, 3], [1, 2, 3, 4]]), ("triangle", corners)]
-    meshio.write(tmp_path / "part.inp", meshio.Mesh(points, cells, cell_sets={"datum": [[], [0]]}))
-    with pytest.raises(InputError, match="the group datum has triangles that are no faces of tetrahedra"):
+    cells = [TETRAHEDRA, ("triangle", [[0, 1, 2], corners])]
+    meshio.write(tmp_path / "part.inp", meshio.Mesh(POINTS, cells, cell_sets={"datum": [[], [0, 1]]}))
+    with pytest.raises(InputError, match="the group datum has triangles that are none of the part's surface"):
+        reduce(tmp_path / "part.inp", *FACES, "--unit", "mm")
+
+
+def test_groups_that_share_triangles_are_refused(tmp_path: Path) -> None:
+    """The heated face would be cooled as a part of the other."""
+    import meshio
+
+    cells = [TETRAHEDRA, ("triangle", [[0, 1, 2], [0, 1, 3]])]
+    sets = {"skin": [[], [0, 1]], "flange": [[], [1]]}
+    meshio.write(tmp_path / "part.inp", meshio.Mesh(POINTS, cells, cell_sets=sets))
+    with pytest.raises(InputError, match=r"groups (skin and flange|flange and skin) share triangles"):
+        reduce(tmp_path / "part.inp", *FACES, "--unit", "mm")
+
+
+def test_a_mesh_that_is_not_of_tetrahedra_alone_is_refused(tmp_path: Path) -> None:
+    """What the others fill would be missing from the part."""
+    import meshio
+
+    cells = [TETRAHEDRA, ("hexahedron", [[0, 1, 2, 3, 4, 5, 6, 7]])]
+    meshio.write(tmp_path / "part.inp", meshio.Mesh(POINTS, cells))
+    with pytest.raises(
+        InputError, match="cells of the type hexahedron; mesh the whole solid with tetrahedra"
+    ):
         reduce(tmp_path / "part.inp", *FACES, "--unit", "mm")

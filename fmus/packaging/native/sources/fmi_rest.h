@@ -7,13 +7,16 @@
 
 #define ONLY_STEPS WL_NAME ": is for co-simulation, not for model exchange"
 
+/* Whose end counts too, unless tables are played, for which a mark follows. */
+#define TOKEN_SIZE (sizeof WL_TOKEN - (WL_TABLES ? 1 : 0))
+
 /* An instance of the host's name, unless there is a problem, which is reported. */
 static Instance *instantiated(Host host, const char *token, const char *resources, const char *problem)
 {
     Instance *instance = NULL;
     if (!*host.name)
         problem = WL_NAME ": an instance needs a name";
-    else if (!problem && (!token || strcmp(token, WL_TOKEN) != 0))
+    else if (!problem && (!token || strncmp(token, WL_TOKEN, TOKEN_SIZE) != 0))
         problem = WL_NAME ": the " F("GUID", "instantiation token") " is not that of this FMU; take it from its "
                           "modelDescription.xml";
     else if (!problem && !(instance = allocate(&host, sizeof *instance + strlen(host.name) + 1)))

@@ -77,8 +77,9 @@ void WL(outputs)(int group, const double *x, const double *u, const double *d, c
 void WL(tangent)(const double *x, const double *u, const double *d, const double *time, const double *dx,
                  const double *du, const double *dtime, double *dy);
 #if WL_STATES
-void WL(begin)(const double *u, const double *d, double *x);
-void WL(begin_tangent)(const double *u, const double *d, const double *du, double *dx);
+void WL(begin)(const double *u, const double *d, const double *time, double *x);
+void WL(begin_tangent)(const double *u, const double *d, const double *time, const double *du, const double *dtime,
+                       double *dx);
 #endif
 #if WL_CONTINUOUS
 /* The states that have rates, which come first. */

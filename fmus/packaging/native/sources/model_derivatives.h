@@ -63,7 +63,8 @@ static void compute(Model *model, Direction *direction)
         model_begin(model);
 #if WL_STATES
     if (memory->phase < STEPPING)
-        WL(begin_tangent)(memory->inputs, model->settled, direction->inputs, direction->states);
+        WL(begin_tangent)(memory->inputs, model->settled, &memory->time, direction->inputs, &direction->time,
+                          direction->states);
 #endif
     WL(tangent)(memory->states, memory->inputs, model->settled, &memory->time, direction->states,
                 direction->inputs, &direction->time, direction->outputs);

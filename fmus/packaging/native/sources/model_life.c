@@ -27,7 +27,7 @@ void model_begin(Model *model)
     Memory *memory = &model->memory;
     settle(model);
 #if WL_STATES
-    WL(begin)(memory->inputs, model->settled, memory->states);
+    WL(begin)(memory->inputs, model->settled, &memory->time, memory->states);
 #endif
     memset(memory->samples, 0, sizeof memory->samples);
     model->begun = 1;

@@ -137,10 +137,8 @@ static void go_by_clocks(Model *model, double time, double until)
 #else
         (void)time;
 #endif
-        if (clock >= 0)
-            sample(model, clock);
-        for (int i = clock + 1; clock >= 0 && i < WL_CLOCKS; i++)
-            if (memory->samples[i] < samples_until(memory, i, instant))
+        for (int i = 0; clock >= 0 && i < WL_CLOCKS; i++)
+            if (i == clock || memory->samples[i] < samples_until(memory, i, instant)) /* by rounding also one before it */
                 sample(model, i);
     } while (clock >= 0);
 }

@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from xml.etree import ElementTree
 from zipfile import ZipFile
 
 import pytest
@@ -212,6 +213,18 @@ def test_an_undeclared_dependency_is_found(native_fmu: BuildNative, tmp_path: Pa
     (result,) = check_fmu(path, cases=["dependencies proven by perturbation"])[3:]
     assert result.verdict == "fail"
     assert result.detail == "heat_flow moves with link_base_temperature, which it does not declare"
+
+
+def test_an_input_that_may_have_one_value_only_is_no_fault(native_fmu: BuildNative, tmp_path: Path) -> None:
+    def hold(files: dict[str, bytes]) -> None:
+        root = ElementTree.fromstring(files["modelDescription.xml"])
+        (held,) = root.findall(".//ScalarVariable[@name='link_base_temperature']/Real")
+        held.attrib |= {"min": held.attrib["start"], "max": held.attrib["start"]}
+        files["modelDescription.xml"] = ElementTree.tostring(root)
+
+    path = rewritten(native_fmu(NAME, "2.0"), tmp_path / "held.fmu", hold)
+    found = by_name(check_fmu(path, cases=["directional derivatives"]))
+    assert found["directional derivatives"].verdict == "pass", found
 
 
 def test_a_choice_is_moved_to_its_own_items_alone(damaged: Build, tmp_path: Path) -> None:

@@ -26,6 +26,7 @@ from warmlink.fmus.recorded_duty.component import COMPONENT, duty_table, playing
 from warmlink.orchestration.check.fmu import validity_problems
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.simulation import simulate
+from warmlink.orchestration.system.description import read_description
 
 from .running import Native
 
@@ -128,6 +129,27 @@ def test_another_table_goes_in_without_a_compiler(form: str, c_compiler: Compile
     found = simulate(fmu, stop=2000, step=20.0)
     columns = [found[next(n for n in found.table.names if n.endswith(name))] for name in COMPONENT.y.names]
     assert np.allclose(np.array(columns).T, table.over(found.times), rtol=1e-9, atol=0)
+
+
+@pytest.mark.parametrize("form", ["2.0", "3.0", "python"])
+def test_no_two_tables_make_one_fmu_to_a_host(form: str, c_compiler: Compiler, tmp_path: Path) -> None:
+    """Libcosim loads one FMU for all of a GUID in a system, and plays its table for each."""
+    tables = [random_table(rows, even=True) for rows in (20, 21)]
+    if form == "python":
+        fmus = [
+            *build_python_fmus([Entry(playing(COMPONENT, tables[0]), HOME)], tmp_path),
+            *build_python_fmus([Entry(COMPONENT, HOME)], tmp_path / "plain"),
+        ]
+    else:
+        version: FmiVersion = "3.0" if form == "3.0" else "2.0"
+        fmus = [
+            fmu_of(playing(COMPONENT, tables[0]), version, c_compiler, tmp_path),
+            fmu_of(COMPONENT, version, c_compiler, tmp_path / "plain"),
+        ]
+    fmus += [with_table(fmus[1], tables[1]), with_table(fmus[0], tables[1])]
+    guids = [read_description(fmu).guid for fmu in fmus]
+    assert len({*guids[:3]}) == 3
+    assert guids[2] == guids[3]
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
