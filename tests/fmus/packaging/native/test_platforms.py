@@ -218,6 +218,15 @@ def test_the_windows_library_of_32_bits_exports_fmi(small: Path) -> None:
     assert b"\0fmi2DoStep\0" in content
 
 
+def test_windows_libraries_need_what_windows_has_and_no_more(
+    fmus: dict[FmiVersion, Path], small: Path
+) -> None:
+    for _, content in (library(fmus["2.0"], "2.0", "x86_64-windows"), library(small, "2.0", "x86-windows")):
+        needed = {name.decode().lower() for name in re.findall(rb"[\w-]+\.dll", content, re.IGNORECASE)}
+        others = [name for name in needed - {f"{NAME}.dll".lower()} if not name.startswith("api-ms-win-crt-")]
+        assert set(others) <= {"kernel32.dll"}
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 def test_macos_libraries_export_fmi_and_need_the_system_library_alone(
     fmus: dict[FmiVersion, Path], version: FmiVersion
