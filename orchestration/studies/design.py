@@ -178,8 +178,6 @@ def design(
         scenario = changed(with_replaced(read, replaced), controller=law, parameters=parameters)
     known = AS_THEY_ARE if scenario is None else scenario.in_use
     sensors = known.used or SENSORS if sensors is None else several(sensors)
-    if law == "regression" and not sensors:
-        raise InputError(f"{argument('sensors')}: a regression goes by thermometers alone; name one or more")
     usual = known.noise or SENSOR_STD
     noise = positive(usual if sensor_std is None else sensor_std, "K", argument("sensor_std"))
     period = positive(sample_time, "s", argument("sample_time"))
@@ -196,6 +194,8 @@ def design(
     plant = None if foreign else _plant(str(system), parameters) if scenario is None else plant_in(scenario)
     if scenario is not None and plant is not None:
         refuse_unread(scenario.machine, sensors, plant.read)
+    if law == "regression" and not sensors:
+        raise InputError(f"{argument('sensors')}: a regression goes by thermometers alone; name one or more")
     if law == "regression":
         if scenario is None or plant is not None:
             facts = {"reference_temperature": no_growth(plant or cell_plant())}

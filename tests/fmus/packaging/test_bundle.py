@@ -43,13 +43,13 @@ def test_the_data_beside_a_module_is_carried() -> None:
 def test_only_what_types_alone_need_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "law_of_ones_own.py").write_text(
         "from typing import TYPE_CHECKING\n"
-        "if TYPE_CHECKING:\n    from warmlink.fmus.errors import InputError\n"
+        "if TYPE_CHECKING:\n    from warmlink.fmus.files import scratch_folder\n"
         "if not TYPE_CHECKING:\n    from warmlink.fmus.names import listed\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     carried = bundle(("law_of_ones_own",), "stem").modules
     assert "warmlink.fmus.names" in carried
-    assert "warmlink.fmus.errors" not in carried
+    assert "warmlink.fmus.files" not in carried
 
 
 def test_public_names_are_imported_from_where_they_are_declared(
