@@ -97,7 +97,7 @@ _WINDOWS_RUNTIME = (
 )
 """Links with the C runtime of Windows itself (10 and newer), beside which `windows.c` stands.
 
-MinGW's, which zig takes otherwise, it compiles first: for two minutes and a half, and as long for 32 bits.
+MinGW's, which zig takes otherwise, it compiles first: that takes 160 s of a core, and 90 s for 32 bits.
 """
 
 
