@@ -78,10 +78,10 @@ class Interpreter:
     def _invoke(self, each: Invoke, frame: dict[int, Array]) -> None:
         inner = {id(slot): self._place(read, frame) for slot, read in each.results}
         for slot, value in each.given:
-            whole = slot.array and isinstance(value, Read)
-            inner[id(slot)] = (
-                self._place(value, frame) if whole else np.array([self._value(value, frame)])  # type: ignore[arg-type]
-            )
+            if slot.array and isinstance(value, Read):
+                inner[id(slot)] = self._place(value, frame)
+            else:
+                inner[id(slot)] = np.array([self._value(value, frame)])
         loops, self.loops = self.loops, {}
         before = dict(self.records) if each.fresh else {}
         self._run(each.function, inner)

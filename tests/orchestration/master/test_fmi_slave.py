@@ -12,12 +12,25 @@ import pytest
 from warmlink.orchestration.master.slaves import fmi
 from warmlink.orchestration.master.slaves.slave import RunSpan, SlaveError
 from warmlink.orchestration.master.slaves.versions import Fmi2Slave
-from warmlink.orchestration.system.model import Capabilities, DefaultExperiment, FmuVariable, ModelInfo, Value
+from warmlink.orchestration.system.model import (
+    Capabilities,
+    ConnectorType,
+    DefaultExperiment,
+    FmuVariable,
+    ModelInfo,
+    Value,
+)
 
 WELL, WARNING, DISCARD, ERROR, FATAL = range(5)
 
 # In FMI 2.0 each type counts its references by itself.
-TYPES = {"heat": "Real", "cold": "Real", "mode": "Integer", "on": "Boolean", "label": "String"}
+TYPES: dict[str, ConnectorType] = {
+    "heat": "Real",
+    "cold": "Real",
+    "mode": "Integer",
+    "on": "Boolean",
+    "label": "String",
+}
 PLACES = {"heat": 0, "cold": 1, "mode": 0, "on": 0, "label": 0}
 GIVEN: dict[str, Value] = {"label": "µ", "cold": -0.5, "on": True, "mode": 7, "heat": 2.5}
 """In an order of its own."""
@@ -25,7 +38,7 @@ GIVEN: dict[str, Value] = {"label": "µ", "cold": -0.5, "on": True, "mode": 7, "
 
 def described(proposed: float | None = None) -> ModelInfo:
     variables = {
-        name: FmuVariable(name, PLACES[name], kind, kind, "input", "continuous")  # type: ignore[arg-type]
+        name: FmuVariable(name, PLACES[name], kind, kind, "input", "continuous")
         for name, kind in TYPES.items()
     }
     return ModelInfo(
