@@ -20,7 +20,7 @@ from warmlink.orchestration.master.slaves.library import SUFFIX, platform_name
 from warmlink.orchestration.master.slaves.other_process import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.progress import Progress, unseen
-from warmlink.orchestration.system.archive import unpack
+from warmlink.orchestration.system.archive import holds_source_code, unpack
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import ModelInfo
 
@@ -97,7 +97,11 @@ def _platforms(path: Path) -> Outcome:
     with zipfile.ZipFile(path) as archive:
         parts = [name.split("/") for name in archive.namelist() if name.startswith("binaries/")]
     found = sorted({each[1] for each in parts if len(each) > 2 and each[2]})
-    return ("pass", ", ".join(found)) if found else ("fail", "none: the FMU holds no library")
+    if found:
+        return "pass", ", ".join(found)
+    if holds_source_code(path):
+        return "remark", "none: source code alone, as the standard allows; compile it before a run"
+    return "fail", "none: the FMU holds no library"
 
 
 def _library(folder: Path, info: ModelInfo) -> Path | None:

@@ -42,7 +42,7 @@ def build(
     out: str | Path = "dist",
     *,
     fmus: str = "all",
-    fmi: str | int | None = None,
+    fmi: str | float | None = None,
     ssp: str | int = 1,
     platforms: str | None = None,
     scenario: str | Path | None = None,
@@ -75,7 +75,7 @@ def build(
     --------
     >>> wl.build("ThermalLink", fmus="native", fmi=2)
     """
-    named, version = several(names), None if fmi is None else str(fmi)
+    named, version = several(names), None if fmi is None else str(fmi).removesuffix(".0")
     if fmus not in KINDS:
         raise InputError(f"{argument('fmus', fmus)}: no such kind; {instead(fmus, KINDS)}")
     if valid_flags and (fmus != "native" or scenario is not None):

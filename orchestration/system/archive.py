@@ -131,6 +131,12 @@ def repeated_entries(path: Path) -> tuple[str, ...]:
     )
 
 
+def holds_source_code(path: Path) -> bool:
+    """Say whether an FMU holds source code, as one without any library may; raises as `extract`."""
+    with open_archive(path) as archive:
+        return any(name.startswith("sources/") and not name.endswith("/") for name in archive.namelist())
+
+
 def _mend(path: Path, target: Path, without: Collection[str]) -> None:
     """Write those files anew that are no longer what the archive holds, as an FMU's library may be."""
     for folder, names, _ in os.walk(target):

@@ -17,6 +17,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.master.slaves.surroundings import working_folder
+from warmlink.orchestration.system.archive import holds_source_code
 from warmlink.orchestration.system.model import FmuVariable, ModelInfo, Value
 
 _INTEGERS = [f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)]
@@ -253,7 +254,10 @@ class Library:
         if not place.is_dir():
             offered = ", ".join(sorted(p.name for p in place.parent.glob("*"))) or "none"
             told = f"{name}: {fmu} holds no library for {place.name} (it has: {offered})"
-            raise InputError(f"{told}; export it for this platform")
+            compiled = (
+                "compile its source code (fmpy compile FILE) or " if holds_source_code(info.path) else ""
+            )
+            raise InputError(f"{told}; {compiled}export it for this platform")
         here = working_folder()
         self._prefix = f"{identifier}_fmi" if prefix == "fmi1" else prefix
         self._spelled = {"fmi1": _SPELLED_1.get(info.interface, {}), "fmi2": _SPELLED}.get(prefix, {})

@@ -6,12 +6,15 @@ import shutil
 import subprocess
 import sys
 import time
+import zipfile
 from pathlib import Path
 
 import pytest
 
 from tests.orchestration.master.hand_written import compiled
 from tests.orchestration.master.test_told import description
+from warmlink import simulate
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.check import fmu
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.cli import main
@@ -129,6 +132,18 @@ def test_instances_that_a_process_may_hold_once_are_checked_one_in_a_process(tmp
     verdicts = {result.name: result.verdict for result in check_fmu(made, cases=cases)}
     assert verdicts["second instance"] == verdicts["reproducible"] == "skip"
     assert verdicts["runs its default experiment"] == "pass"
+
+
+@pytest.mark.parametrize(("held", "verdict"), [("sources/told.c", "remark"), ("sources/", "fail")])
+def test_an_fmu_of_source_code_alone_is_no_fault(tmp_path: Path, held: str, verdict: str) -> None:
+    with zipfile.ZipFile(tmp_path / "Told.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", description("2.0"))
+        archive.writestr(held, b"")
+    results = {each.name: each for each in check_fmu(tmp_path / "Told.fmu", cases=[])}
+    assert results["platforms inside"].verdict == verdict
+    with pytest.raises(InputError) as refusal:
+        simulate(tmp_path / "Told.fmu", stop=1.0)
+    assert ("compile its source code" in str(refusal.value)) == (verdict == "remark")
 
 
 @pytest.mark.parametrize(
