@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component, limits
 from warmlink.fmus.component.integrator import COMPLEX_STEP
-from warmlink.fmus.errors import MissingExtraError
+from warmlink.fmus.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
     import control
@@ -72,6 +73,11 @@ def slopes(function: Callable[..., Array], component: Component, at: Point, name
     -------
     numpy.ndarray
         Shape (m, len(names)).
+
+    Raises
+    ------
+    InputError
+        If a name is none of the component's.
     """
     unchanged = component.settled(at.p.astype(np.complex128))
     columns = []
@@ -81,6 +87,8 @@ def slopes(function: Callable[..., Array], component: Component, at: Point, name
             if name in layout.index:
                 vector[layout.index[name]] += 1j * COMPLEX_STEP
                 break
+        else:
+            raise InputError(f"{component.name}: {name} is no state, input or parameter of it")
         settled = component.settled(p) if p.imag.any() else unchanged
         columns.append(np.imag(function(x, u, settled, at.time)) / COMPLEX_STEP)
     return np.column_stack(columns)
@@ -102,10 +110,14 @@ def linearise(component: Component, at: Point | None = None) -> "control.StateSp
 
     Raises
     ------
+    InputError
+        If it is no component.
     MissingExtraError
         If python-control is not installed.
     """
     control = python_control()
+    if not isinstance(component, Component):
+        raise InputError(f"{argument('component', component)}: is no component; give one, or a joined one")
     at = at or start(component)
     states, inputs = component.continuous.names, component.u.names
     return control.ss(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from warmlink.controllers.design.linearise import linearise, start
+from warmlink.controllers.design.linearise import linearise, slopes, start
 from warmlink.fmus.component.reference import Phase, integrate
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.plant import plant
@@ -46,3 +46,13 @@ def test_the_point_can_be_chosen() -> None:
 def test_names_that_do_not_exist_are_refused() -> None:
     with pytest.raises(InputError, match=r"link\.colour: ThermalLink has no such variable"):
         start(plant(), {"link.colour": 1.0})
+
+
+def test_slopes_by_what_a_component_has_not_are_refused() -> None:
+    with pytest.raises(InputError, match="ThermalLink: sped is no state, input or parameter of it"):
+        slopes(LINK.rates_of, LINK, start(LINK), ["speed", "sped"])
+
+
+def test_only_a_component_is_linearised() -> None:
+    with pytest.raises(InputError, match="component=None: is no component"):
+        linearise(None)  # type: ignore[arg-type]
