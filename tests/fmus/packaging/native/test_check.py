@@ -121,7 +121,9 @@ def test_a_crash_is_reported_and_the_next_checks_are_made(damaged: Build) -> Non
 
 def test_a_step_that_never_returns_is_left(damaged: Build) -> None:
     hang = insert(
-        "model_step.h", AT_END_OF_STEP, "    while (time >= 60) { volatile int wait = 0; (void)wait; }\n"
+        "model_step.h",
+        AT_END_OF_STEP,
+        "    extern unsigned sleep(unsigned seconds);\n    while (time >= 60) sleep(9);\n",
     )
     found = by_name(check_fmu(damaged(hang), 2.0, ["runs its default experiment", "reproducible"]))
     assert found["runs its default experiment"].verdict == "fail"
