@@ -93,7 +93,7 @@ def test_nothing_is_found_in_a_sound_fmu(version: FmiVersion, native_fmu: BuildN
     assert [result for result in results if result.verdict != "pass"] == []
     steps = re.fullmatch(r"0 KiB over (\d+) steps.*", by_name(results)["memory growth"].detail)
     assert steps is not None
-    assert int(steps[1]) >= 100_000  # a million where the time allows it
+    assert int(steps[1]) >= 100_000  # twice as many where the time allows it
     assert len(results) == 10
 
 
@@ -139,7 +139,7 @@ def test_a_number_that_is_none_is_named(damaged: Build) -> None:
 
 def test_a_leak_is_measured(damaged: Build) -> None:
     leak = insert("model_step.h", AT_END_OF_STEP, "    *(volatile char *)malloc(200) = 1;\n")
-    found = by_name(check_fmu(damaged(leak), 4.0, ["memory growth"]))
+    found = by_name(check_fmu(damaged(leak), 2.4, ["memory growth"]))
     assert found["memory growth"].verdict == "fail"
     kibibytes = float(found["memory growth"].detail.split()[0])
     assert kibibytes > 100
