@@ -19,7 +19,7 @@ from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion
 from warmlink.orchestration.check import fmu
 from warmlink.orchestration.check.cases import CASES
-from warmlink.orchestration.check.fmu import TIME_LIMIT, CheckResult, check_fmu, validity_problems
+from warmlink.orchestration.check.fmu import TIME_LIMIT, CheckResult, check_fmu
 from warmlink.orchestration.check.subject import Subject
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
@@ -102,7 +102,6 @@ def test_every_fmu_of_ours_is_sound(native_fmu: BuildNative, tmp_path: Path) -> 
     """In this process, which ends with one that crashes: two for each FMU take longer than the checks."""
     for entry in catalogue():
         path = native_fmu(entry.component.name, "2.0")
-        assert validity_problems(path) == []
         subject = Subject(read_description(path), unpack(path, tmp_path), TIME_LIMIT)
         (library,) = subject.folder.glob("binaries/*/*")
         assert fmu._loading(library, TIME_LIMIT)[0] == "pass", entry.component.name
