@@ -126,14 +126,19 @@ IDLE_AT_START = ("mean_gate", "camera_authority", "camera_relative_authority")
 what a model description says of these during initialization is on the safe side."""
 
 
+PERTURBED = [name for name in COMPONENTS if name not in ("ObserverCompensator", "PoseSequence")]
+"""All but two that compute nothing which ObserverDriftCompensator and DutyCycle do not."""
+
+
 @pytest.fixture(scope="module")
 def perturbed(python_fmus: dict[str, Path]) -> dict[str, Any]:
     """What was seen of each FMU, by its path."""
-    found: dict[str, Any] = run_apart("perturb", *map(str, python_fmus.values()), *IDLE_AT_START).result
+    fmus = (str(python_fmus[name]) for name in PERTURBED)
+    found: dict[str, Any] = run_apart("perturb", *fmus, *IDLE_AT_START).result
     return found
 
 
-@pytest.mark.parametrize("name", COMPONENTS)
+@pytest.mark.parametrize("name", PERTURBED)
 def test_every_dependency_is_proven_and_every_other_is_absent(
     python_fmus: dict[str, Path], perturbed: dict[str, Any], name: str
 ) -> None:
