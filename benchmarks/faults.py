@@ -148,9 +148,6 @@ def rig(law: str) -> Rig:
     return Rig(catalogue.controller(law))
 
 
-_cell = cache(bare_cell)
-
-
 @cache
 def truth_of(duty: str, plant: int) -> Told:
     """What sound instruments tell in a duty cycle of the library and a plant (0: as designed for)."""
@@ -158,7 +155,7 @@ def truth_of(duty: str, plant: int) -> Told:
     length = cycle.stop_time if "overnight" in duty else min(cycle.stop_time, LONGEST)
     off = mismatched(plant)
     values = {name: off.given_of(name) for name in ("motor", "link")}
-    return truth(_cell(), demand_table(cycle, 1.0, length), values, 0.1, plant + 1)
+    return truth(bare_cell(), demand_table(cycle, 1.0, length), values, 0.1, plant + 1)
 
 
 def faults_table(trials: Sequence[FaultTrial], full: bool = False) -> str:

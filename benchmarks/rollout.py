@@ -138,13 +138,24 @@ def compiled(functions: list[Any]) -> list[Any]:
     """The same functions in C where there is a compiler, kept for the next time."""
     import casadi as ca
 
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
+    if _compiler() is None:
         return functions
+    library = shared_library(functions)
+    return [ca.external(function.name(), str(library)) for function in functions]
+
+
+def _compiler() -> str | None:
+    return shutil.which("cc") or shutil.which("gcc")
+
+
+def shared_library(functions: list[Any], beside: str = "") -> Path:
+    """Library of functions, and of what is written in C beside them; it needs a C compiler."""
+    import casadi as ca
+
     generator = ca.CodeGenerator("cell.c")
     for function in functions:
         generator.add(function)
-    source = generator.dump()
+    source = generator.dump() + beside
     name = hashlib.sha256(source.encode()).hexdigest()[:16]
     folder = Path(tempfile.gettempdir()) / "warmlink-cells"
     library = folder / f"{name}.so"
@@ -152,10 +163,11 @@ def compiled(functions: list[Any]) -> list[Any]:
         folder.mkdir(exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder) as work:
             (Path(work) / "cell.c").write_text(source, encoding="utf-8")
-            command = [compiler, "-O1", "-shared", "-fPIC", "-o", f"{work}/cell.so", f"{work}/cell.c", "-lm"]
+            flags = "-O1", "-shared", "-fPIC", "-o", f"{work}/cell.so", f"{work}/cell.c", "-lm"
+            command = [_compiler() or "cc", *flags]
             subprocess.run(command, check=True, capture_output=True)
             Path(work, "cell.so").replace(library)
-    return [ca.external(function.name(), str(library)) for function in functions]
+    return library
 
 
 def by_rows(function: Any, *given: Array) -> list[Array]:

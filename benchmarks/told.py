@@ -6,13 +6,15 @@ tried on it. Only the camera sees the correction; it is simulated here, a pictur
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from benchmarks.rollout import Array, Cell, compiled
+from benchmarks.rollout import Array, Cell, shared_library
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.none.component import COMPONENT as NONE
 from warmlink.fmus.component import Component, limits
@@ -24,6 +26,24 @@ TOLD = (*SENSED, *DUTY, *CAMERA, "elongation")
 
 STEP = 1.0
 """s between two samples of a law."""
+
+
+_LOOP = """
+#include <string.h>
+void all_rows(long count, const double *rows, double *states, const double *design, double *found)
+{
+    const double *argument[ARGUMENTS];
+    double *result[RESULTS], real[REAL], following[STATES];
+    casadi_int whole[WHOLE];
+    for (long k = 0; k < count; k++) {
+        argument[0] = states, argument[1] = rows + k * ROW, argument[2] = design;
+        result[0] = following, result[1] = found + k * OUTPUTS;
+        sample(argument, result, whole, real, 0);
+        memcpy(states, following, sizeof following);
+    }
+}
+"""
+"""What goes through all samples, in C beside what a sample does."""
 
 
 @dataclass(frozen=True)
@@ -121,17 +141,32 @@ def truth(
     return Told(np.column_stack([*columns, record["elongation"]]))
 
 
+@cache
 def bare_cell() -> Cell:
-    """The cell without a controller."""
+    """The cell without a controller, compiled once."""
     return Cell(NONE)
 
 
 class Rig:
-    """A law compiled by itself, with a camera that sees what it leaves."""
+    """A law compiled by itself, with a camera that sees what it leaves; it needs a C compiler."""
 
     def __init__(self, law: Component) -> None:
+        import casadi as ca
+
         self.law = law
-        self._advance, self._begin = compiled(_functions(law))
+        sample, begin = _functions(law)
+        sizes = {
+            "ARGUMENTS": sample.sz_arg(),
+            "RESULTS": sample.sz_res(),
+            "WHOLE": sample.sz_iw() + 1,
+            "REAL": sample.sz_w() + 1,
+            "STATES": law.x.size + 1,
+            "ROW": len(TOLD),
+            "OUTPUTS": law.y.size,
+        }
+        defined = "".join(f"#define {name} {size}\n" for name, size in sizes.items())
+        library = str(shared_library([sample, begin], defined + _LOOP))
+        self._all_rows, self._begin = ctypes.CDLL(library).all_rows, ca.external("begin", library)
 
     def run(self, told: Told) -> Outcome:
         """Run the law over all samples."""
@@ -165,17 +200,8 @@ class Rig:
         p = np.asarray(self.law.settled(limits.checked(self.law, "compensator", given)[0]), dtype=float)
         x, y = (np.array(part, dtype=float).ravel() for part in self._begin(rows[first], p))
         found[first] = y
-        buffer, trigger = self._advance.buffer()
-        following, now = np.empty_like(x), rows[first].copy()
-        for place, array in enumerate((x, now, p)):
-            buffer.set_arg(place, array.data)
-        buffer.set_res(0, following.data)
-        buffer.set_res(1, y.data)
-        for k in range(first + 1, last):
-            now[:] = rows[k]
-            trigger()
-            x[:] = following
-            found[k] = y
+        arrays = rows[first + 1 :], x, p, found[first + 1 :]
+        self._all_rows(ctypes.c_long(last - first - 1), *(each.ctypes for each in arrays))
 
 
 OUTPUTS = {
@@ -205,8 +231,8 @@ def _functions(law: Component) -> list[Any]:
 
     new = law.updated(state, inputs(film), p, 0.0, STEP)
     y, film = shown(new, film)
-    advance = ca.Function("advance", [x, row, p], ca.cse([ca.vertcat(new, film), ca.densify(y)]))
+    sample = ca.Function("sample", [x, row, p], ca.cse([ca.vertcat(new, film), ca.densify(y)]))
     start = law.states_at_start(inputs(0.0), p)
     y, film = shown(start, 0.0)
     begin = ca.Function("begin", [row, p], [ca.vertcat(start, film), ca.densify(y)])
-    return [advance, begin]
+    return [sample, begin]

@@ -42,11 +42,8 @@ def after(pause: int, hot: int = 3 * HOUR, plant: int = 0, works: bool = True, s
     demands[at_work, column["speed"]] = 3.43
     demands[at_work, column["torque"]] = 2.5
     cell = {name: off.given_of(name) for name in ("motor", "link")}
-    told = truth(_cell(), demands, cell, 0.1, seed)
+    told = truth(bare_cell(), demands, cell, 0.1, seed)
     return replace(told, rows=told.rows[hot + pause :])
-
-
-_cell = cache(bare_cell)
 
 
 @cache
@@ -61,6 +58,12 @@ def designed(law: str, sensors: tuple[str, ...]) -> Mapping[str, float]:
 def started(law: str, sensors: tuple[str, ...], told: Told) -> Outcome:
     """The law in a cell of the model's structure: of another one it would say less."""
     return rig(law).run(replace(told, parameters={**designed(law, sensors), **_as_modelled(law)}))
+
+
+@cache
+def sound(law: str) -> Outcome:
+    """The law after a minute, with all its readings."""
+    return started(law, BOTH_ENDS, after(MINUTE))
 
 
 def _as_modelled(law: str) -> Mapping[str, float]:
@@ -84,7 +87,7 @@ QUICK = [
     ("observer", ("base", "middle", "tip"), HOUR),
     ("observer_drift", ALL, HOUR),
 ]
-PAUSES = (MINUTE, 5 * MINUTE, 10 * MINUTE, 25 * MINUTE, HOUR, 2 * HOUR, 4 * HOUR, 12 * HOUR)
+PAUSES = (MINUTE, 5 * MINUTE, 25 * MINUTE, HOUR, 4 * HOUR, 12 * HOUR)
 WIDE = [each for law in LAWS for s in SETS for p in PAUSES if (each := (law, s, p)) not in QUICK]
 TABLE = [*QUICK, *(pytest.param(*each, marks=slow) for each in WIDE)]
 
@@ -109,7 +112,7 @@ LEARNT = [
     *(
         pytest.param(law, sensors, pause, marks=slow)
         for law in LAWS
-        for sensors in (*SETS, ("middle",))
+        for sensors in (BOTH_ENDS, ALL, ("middle",))
         for pause in (MINUTE, 25 * MINUTE, 12 * HOUR)
     ),
 ]
@@ -167,11 +170,10 @@ def test_what_a_bound_holds_back_counts_in_the_deviation_that_is_stated() -> Non
 @pytest.mark.parametrize("law", ["analytic", *LAWS])
 def test_one_wrong_first_reading_costs_no_more_than_seconds(law: str, wrong: float, when: int) -> None:
     """A reading of 22 degC at the start cost three hours: the regression 107 um, the observers 20 um."""
-    sound = after(MINUTE)
-    told = sound
+    told = after(MINUTE)
     for name in SENSED:
         told = told.changed(name, wrong, slice(when, when + 1))
-    found, ideal = (started(law, BOTH_ENDS, each) for each in (told, sound))
+    found, ideal = started(law, BOTH_ENDS, told), sound(law)
     late = slice(90, None)
     assert np.abs(found.correction[late] - ideal.correction[late]).max() < 1e-6 + (law == "analytic") * 4e-6
 
@@ -191,7 +193,7 @@ def test_a_hall_thermometer_that_is_off_and_heat_of_a_brake_make_no_leap(law: st
         demands[first:last, column["torque"]] = work * draw.uniform(0.5, 3.5)
         first = last
     demands[:, column["pad_mode"]], demands[:, column["pad_power"]] = 1.0, 5.0
-    told = truth(_cell(), demands, {}, 0.1, 104)
+    told = truth(bare_cell(), demands, {}, 0.1, 104)
     found = rig(law).run(told.changed("ambient_temperature", 294.55))
     assert np.abs(found.error).max() < 5e-6
     assert leapt(found, 0) < 2.5e-6

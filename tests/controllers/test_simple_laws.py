@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import erfc
@@ -61,6 +61,7 @@ def test_the_printed_form_shrinks_as_the_paper_does_not_say() -> None:
     assert printed(3600.0) == pytest.approx(57.0, abs=0.05)
 
 
+@settings(max_examples=30)
 @given(time=st.floats(1.0, 1e5), rise=st.floats(-40, 40))
 def test_the_corrected_form_is_the_integral_over_the_link(time: float, rise: float) -> None:
     depth = math.sqrt(DIFFUSIVITY * time)

@@ -165,7 +165,7 @@ def test_time_acts_where_it_is_said_to(component: Component) -> None:
     component = replace(component, tables=tuple(moving))
     said = dependencies(component).outputs
     acting: set[str] = set()
-    for _ in range(200):
+    for _ in range(80):
         p = np.array(
             [some(scalar, rng) for scalar in component.scalars() if scalar.name in component.p.index]
         )

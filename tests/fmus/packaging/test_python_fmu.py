@@ -11,6 +11,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import pytest
 from apart import HOSTS_FOLDER, Outcome, run_apart
@@ -78,7 +79,7 @@ def require(host: str) -> None:
 
 
 @pytest.mark.platform
-@pytest.mark.parametrize("host", HOSTS)
+@pytest.mark.parametrize("host", [host for host in HOSTS if host != "fmpy"])  # in which all run twice below
 def test_every_fmu_gives_the_instances_numbers(python_fmus: dict[str, Path], host: str) -> None:
     require(host)
     jobs = [job(python_fmus[name], component, 0.7) for name, component in COMPONENTS.items()]
@@ -125,14 +126,19 @@ IDLE_AT_START = ("mean_gate", "camera_authority", "camera_relative_authority")
 what a model description says of these during initialization is on the safe side."""
 
 
+PERTURBED = [name for name in COMPONENTS if name not in ("ObserverCompensator", "PoseSequence")]
+"""All but two that compute nothing which ObserverDriftCompensator and DutyCycle do not."""
+
+
 @pytest.fixture(scope="module")
 def perturbed(python_fmus: dict[str, Path]) -> dict[str, Any]:
     """What was seen of each FMU, by its path."""
-    found: dict[str, Any] = run_apart("perturb", *map(str, python_fmus.values()), *IDLE_AT_START).result
+    fmus = (str(python_fmus[name]) for name in PERTURBED)
+    found: dict[str, Any] = run_apart("perturb", *fmus, *IDLE_AT_START).result
     return found
 
 
-@pytest.mark.parametrize("name", COMPONENTS)
+@pytest.mark.parametrize("name", PERTURBED)
 def test_every_dependency_is_proven_and_every_other_is_absent(
     python_fmus: dict[str, Path], perturbed: dict[str, Any], name: str
 ) -> None:
@@ -152,21 +158,25 @@ def test_wrong_use_is_answered_and_survived(python_fmus: dict[str, Path]) -> Non
 
 @pytest.mark.slow
 @pytest.mark.platform
-def test_nothing_of_an_fmu_touches_freed_memory_as_the_process_ends(python_fmus: dict[str, Path]) -> None:
+def test_nothing_of_an_fmu_touches_freed_memory_as_the_process_ends(
+    python_fmus: dict[str, Path], tmp_path: Path
+) -> None:
     valgrind = shutil.which("valgrind")
     if valgrind is None:
         pytest.skip("valgrind is not installed")
-    library = "Heater.so"
+    with ZipFile(python_fmus["Heater"]) as archive:
+        archive.extractall(tmp_path)
     command = [
         valgrind,
         "--error-limit=no",
         "--undef-value-errors=no",
+        "--keep-stacktraces=none",
         "-q",
         sys.executable,
         str(HOSTS_FOLDER / "end.py"),
     ]
     done = subprocess.run(
-        [*command, str(python_fmus["Heater"])],
+        [*command, str(tmp_path), "Heater"],
         capture_output=True,
         text=True,
         env=os.environ | {"PYTHONMALLOC": "malloc"},
@@ -174,7 +184,7 @@ def test_nothing_of_an_fmu_touches_freed_memory_as_the_process_ends(python_fmus:
         check=True,
     )
     faults = re.split(r"\n==\d+== \n", done.stderr)
-    assert not [f for f in faults if "finalizePythonInterpreter (in" in f and library in f]
+    assert not [f for f in faults if "finalizePythonInterpreter (in" in f and "Heater.so" in f]
     assert "ended" in done.stdout
 
 

@@ -65,7 +65,9 @@ def test_a_library_that_needs_python_says_so(tmp_path: Path) -> None:
 
 
 def test_a_library_that_hangs_while_it_loads_is_left(tmp_path: Path) -> None:
-    text = "__attribute__((constructor)) static void hang(void) { for (volatile int i = 0;;) i++; }"
+    text = (
+        "extern unsigned sleep(unsigned); __attribute__((constructor)) static void hang(void) { sleep(99); }"
+    )
     assert fmu._loading(library(tmp_path, text), 0.5) == ("fail", "it has not loaded within 0.5 s")
 
 

@@ -81,7 +81,7 @@ def test_time_stepping_is_of_order_2(radiation: bool) -> None:
             field = stepper.step(field, i * 1200.0 / steps, 1200.0 / steps)
         return field
 
-    reference = final(640)
+    reference = final(320)
     errors = [float(np.abs(final(n) - reference).max()) for n in (20, 40, 80)]
     assert order(errors) == pytest.approx(2.0, abs=0.15)
 

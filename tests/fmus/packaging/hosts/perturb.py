@@ -10,7 +10,7 @@ import sys
 from sampling import other, running, start_time, value
 from slave import Slave
 
-FULL, MOST, MANY = 4, 3000, 40
+FULL, MOST, MANY = 3, 3000, 8
 """Trials in which everything is perturbed, in the first one by one, and after those at most as many for what
 was not seen yet, first together where it is many.
 

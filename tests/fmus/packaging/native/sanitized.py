@@ -15,6 +15,8 @@ from warmlink.fmus.packaging.native.fmu import FmiVersion, header_folder, native
 
 COMPONENTS = {entry.component.name: entry.component for entry in catalogue()}
 VERSIONS: tuple[FmiVersion, ...] = ("2.0", "3.0")
+KINDS = ("DriftCamera", "DutyCycle", "Heater", "TemperatureSensors")
+"""One of each kind: with and without states, integrating and sampling, integer outputs, readings of NaN."""
 
 _GENERATED = ("starting.c", "running.c", "deriving.c", "variables.c")
 _SANITIZERS = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")

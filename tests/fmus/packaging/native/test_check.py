@@ -19,7 +19,7 @@ from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion
 from warmlink.orchestration.check import fmu
 from warmlink.orchestration.check.cases import CASES
-from warmlink.orchestration.check.fmu import TIME_LIMIT, CheckResult, check_fmu, validity_problems
+from warmlink.orchestration.check.fmu import TIME_LIMIT, CheckResult, check_fmu
 from warmlink.orchestration.check.subject import Subject
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
@@ -93,7 +93,7 @@ def test_nothing_is_found_in_a_sound_fmu(version: FmiVersion, native_fmu: BuildN
     assert [result for result in results if result.verdict != "pass"] == []
     steps = re.fullmatch(r"0 KiB over (\d+) steps.*", by_name(results)["memory growth"].detail)
     assert steps is not None
-    assert int(steps[1]) >= 100_000  # a million where the time allows it
+    assert int(steps[1]) >= 100_000  # twice as many where the time allows it
     assert len(results) == 10
 
 
@@ -102,7 +102,6 @@ def test_every_fmu_of_ours_is_sound(native_fmu: BuildNative, tmp_path: Path) -> 
     """In this process, which ends with one that crashes: two for each FMU take longer than the checks."""
     for entry in catalogue():
         path = native_fmu(entry.component.name, "2.0")
-        assert validity_problems(path) == []
         subject = Subject(read_description(path), unpack(path, tmp_path), TIME_LIMIT)
         (library,) = subject.folder.glob("binaries/*/*")
         assert fmu._loading(library, TIME_LIMIT)[0] == "pass", entry.component.name
@@ -121,7 +120,9 @@ def test_a_crash_is_reported_and_the_next_checks_are_made(damaged: Build) -> Non
 
 def test_a_step_that_never_returns_is_left(damaged: Build) -> None:
     hang = insert(
-        "model_step.h", AT_END_OF_STEP, "    while (time >= 60) { volatile int wait = 0; (void)wait; }\n"
+        "model_step.h",
+        AT_END_OF_STEP,
+        "    extern unsigned sleep(unsigned seconds);\n    while (time >= 60) sleep(9);\n",
     )
     found = by_name(check_fmu(damaged(hang), 2.0, ["runs its default experiment", "reproducible"]))
     assert found["runs its default experiment"].verdict == "fail"
@@ -137,7 +138,7 @@ def test_a_number_that_is_none_is_named(damaged: Build) -> None:
 
 def test_a_leak_is_measured(damaged: Build) -> None:
     leak = insert("model_step.h", AT_END_OF_STEP, "    *(volatile char *)malloc(200) = 1;\n")
-    found = by_name(check_fmu(damaged(leak), 4.0, ["memory growth"]))
+    found = by_name(check_fmu(damaged(leak), 2.4, ["memory growth"]))
     assert found["memory growth"].verdict == "fail"
     kibibytes = float(found["memory growth"].detail.split()[0])
     assert kibibytes > 100

@@ -15,7 +15,7 @@ from warmlink.fmus.packaging.native.wired import WirePlan
 from warmlink.orchestration.arm.chain import arm_chain
 from warmlink.orchestration.catalogue import controller
 
-COUNT = 3
+COUNT = 2
 
 
 @pytest.fixture(scope="module", params=[True, False], ids=["with laws", "plant"])

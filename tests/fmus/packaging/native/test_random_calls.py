@@ -14,17 +14,15 @@ import pytest
 
 from warmlink.fmus.packaging.native.compile import Compiler
 
-from .sanitized import COMPONENTS, VERSIONS, compile_sanitized
+from .sanitized import COMPONENTS, KINDS, VERSIONS, compile_sanitized
 
 pytestmark = pytest.mark.xdist_group("sanitized")
 
 HERE = Path(__file__).parent
 CALLS = os.environ.get("WARMLINK_RANDOM_CALLS")
-SHORT = ("DriftCamera", "DutyCycle", "Heater", "TemperatureSensors")
-"""One of each kind: with and without states, integrating and sampling, integer outputs, readings of NaN."""
 
 
-@pytest.mark.parametrize("name", COMPONENTS if CALLS else SHORT)
+@pytest.mark.parametrize("name", COMPONENTS if CALLS else KINDS)
 def test_random_calls_do_no_harm(name: str, c_compiler: Compiler, sanitized_folder: Path) -> None:
     calls = CALLS or "10000"
     seed = os.environ.get("WARMLINK_SEED") or (str(random.SystemRandom().randrange(10**6)) if CALLS else "13")

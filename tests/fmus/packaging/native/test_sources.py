@@ -81,7 +81,7 @@ def elf_symbols(content: bytes) -> tuple[list[str], list[str]]:
 
 def test_no_variable_is_shared_between_instances(c_compiler: Compiler, tmp_path: Path) -> None:
     """Objects hold code and constants, no data that could be written."""
-    sources, _ = native_sources(COMPONENTS["ThermalLink"], "2.0")
+    sources, _ = native_sources(COMPONENTS["DriftCamera"], "2.0")
     for name, text in sources.items():
         (tmp_path / name).write_text(text)
         assert not re.search(r"^static (?!const|inline)[^()]*;", text, re.MULTILINE), name

@@ -118,8 +118,8 @@ static void run(const fmi2CallbackFunctions *callbacks)
         EXPECT(fmi2DoStep(instance, time, step, 1) == fmi2OK);
         time += step;
         read_all(instance);
-        /* Of all pairs at the first step, and at one with readings that are missing. */
-        take_derivatives(instance, index % 24 == 0);
+        /* Of all pairs at a step with readings that are missing. */
+        take_derivatives(instance, index == 24);
         EXPECT(fmi2DoStep(instance, time, -step, 1) == fmi2Error);
         EXPECT(fmi2DoStep(instance, time, HUGE_VAL, 1) == fmi2Error);
         EXPECT(fmi2DoStep(instance, time + 1e9, step, 1) == fmi2Error);
