@@ -232,12 +232,12 @@ def test_ctrl_c_in_the_run_at_half_the_step_costs_the_bound_alone(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("warmlink.orchestration.closed_loop.outcome.progress_bar", pressing(0.5, 1))
-    short = ("--stop", "90 s", "--no-report", "--fmus", "python")
+    short = ("--stop", "3 min", "--no-report", "--fmus", "python")
     code, printed = warmlink("run", NOMINAL, *short, "--out", "o")
     assert code == 1
     assert "in the run at half the step; what was computed up to there is kept" in printed
     assert "describe that part" not in printed
-    assert float(str(metrics("o")["simulated_s"])) == 90
+    assert float(str(metrics("o")["simulated_s"])) == 180
 
 
 @pytest.mark.parametrize("times", [1, 2])
@@ -268,11 +268,11 @@ def test_ctrl_c_in_the_second_run_costs_the_coupling_error_alone(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("warmlink.orchestration.closed_loop.outcome.progress_bar", pressing(0.6, 1))
-    code, printed = warmlink("run", NOMINAL, "--stop", "90 s", "--fmus", "python", "--out", "o")
+    code, printed = warmlink("run", NOMINAL, "--stop", "3 min", "--fmus", "python", "--out", "o")
     assert code == 1
     assert "in the run at half the step" in printed
     found = metrics("o")
-    assert found["simulated_s"] == 90
+    assert found["simulated_s"] == 180
     assert '"coupling": null' in Path("o/metrics.json").read_text("utf-8")
 
 
