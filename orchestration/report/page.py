@@ -11,6 +11,7 @@ import re
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ from warmlink.fmus.packaging.cache import kept
 from warmlink.fmus.safe_text import printable, printable_json
 
 if TYPE_CHECKING:
+    from jinja2 import Environment
     from markupsafe import Markup
 
 MANY = 60
@@ -74,6 +76,12 @@ def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -
 
 def rendered(template: str, **content: Any) -> str:
     """Page of a template in this folder, which may include others of it."""
+    return _environment().get_template(template).render(content)
+
+
+@cache
+def _environment() -> Environment:
+    """What turns templates into pages; it keeps them compiled, which takes longer than to fill them in."""
     from jinja2 import Environment, PackageLoader, select_autoescape
 
     loader = PackageLoader("warmlink.orchestration", "report")
@@ -81,7 +89,7 @@ def rendered(template: str, **content: Any) -> str:
     environment = Environment(loader=loader, autoescape=escaping, finalize=_printable)
     environment.filters |= {"with_code": _with_code, "breakable": _breakable}
     environment.globals["many"] = MANY
-    return environment.get_template(template).render(content)
+    return environment
 
 
 def _printable(value: object) -> object:

@@ -64,8 +64,9 @@ def _misspelt(error: Any, unknown: Sequence[Any]) -> bool:
     return bool(get_close_matches(key, beside, cutoff=0.5))
 
 
+@cache
 def json_schema(kind: Any) -> dict[str, Any]:
-    """JSON Schema of a table, with which editors complete and check a file."""
+    """JSON Schema of a table, with which editors complete and check a file; not to be changed."""
     about = (kind.__doc__ or "").partition("\n\n")[0]
     found: dict[str, Any] = _plain(_adapter(kind).json_schema())
     for name, table in ((kind.__name__, found), *found.get("$defs", {}).items()):

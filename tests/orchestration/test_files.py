@@ -18,6 +18,13 @@ from warmlink.orchestration.files import fresh_file, fresh_folder, locked_folder
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="locks are those of POSIX")
 
+
+@pytest.fixture(autouse=True)
+def _in_a_hurry(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wait no second for whoever may be about to end."""
+    monkeypatch.setattr("warmlink.orchestration.files.ENDING_SECONDS", 0.1)
+
+
 HOLDS = """
 import sys, time
 from pathlib import Path

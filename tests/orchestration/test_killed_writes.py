@@ -30,7 +30,7 @@ pytestmark = [
 
 # Each run in a copy of one process, which the library is loaded into; a first run counts the changes.
 EVERY_CHANGE = """
-import ctypes, os, shutil, sys
+import contextlib, ctypes, importlib, os, shutil, sys
 from pathlib import Path
 library, before, folder, stride, *argv = sys.argv[1:]
 from warmlink.orchestration import cli
@@ -55,12 +55,17 @@ def once(k, kill_at):
             code = end.code or 0
         finally:
             sys.stderr.flush()
+            if k == "whole":
+                Path(f"{before}.needed").write_text(" ".join(sys.modules))
             os._exit(code)
     made = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     count, counters[3] = counters[2], 1 << 60
     print(k, made, flush=True)
     return count
 count = once("whole", 1 << 60)
+for name in Path(f"{before}.needed").read_text().split():  # which each copy would else import anew
+    with contextlib.suppress(ImportError):
+        importlib.import_module(name)
 for k in sorted({*range(0, count, int(stride)), count - 1}):
     once(k, k)
 """

@@ -49,7 +49,7 @@ def watch():
     global peak
     # In a reading while a child begins or ends, what it shares may count twice: two have to agree.
     last = 0
-    while not done.wait(0.01):
+    while not done.wait(0.03):
         now = private()
         peak, last = max(peak, min(last, now)), now
 sampler = threading.Thread(target=watch)

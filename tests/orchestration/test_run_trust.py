@@ -232,12 +232,12 @@ def test_ctrl_c_in_the_run_at_half_the_step_costs_the_bound_alone(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("warmlink.orchestration.closed_loop.outcome.progress_bar", pressing(0.5, 1))
-    short = ("--stop", "4 min", "--no-report", "--fmus", "python")
+    short = ("--stop", "3 min", "--no-report", "--fmus", "python")
     code, printed = warmlink("run", NOMINAL, *short, "--out", "o")
     assert code == 1
     assert "in the run at half the step; what was computed up to there is kept" in printed
     assert "describe that part" not in printed
-    assert float(str(metrics("o")["simulated_s"])) == 240
+    assert float(str(metrics("o")["simulated_s"])) == 180
 
 
 @pytest.mark.parametrize("times", [1, 2])
@@ -245,13 +245,13 @@ def test_ctrl_c_keeps_what_was_computed(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch, times: int
 ) -> None:
     monkeypatch.setattr("warmlink.orchestration.closed_loop.outcome.progress_bar", pressing(0.1, times))
-    code, printed = warmlink("run", NOMINAL, "--stop", "20 min", "--fmus", "python", "--out", "o")
+    code, printed = warmlink("run", NOMINAL, "--stop", "5 min", "--fmus", "python", "--out", "o")
     assert code == 1
-    assert "of 20 min" in printed
+    assert "of 5 min" in printed
     assert "stopped early: interrupted at" in printed
     assert "the figures above describe that part only" in printed
     found = metrics("o")
-    assert 0 < float(str(found["simulated_s"])) < 1200
+    assert 0 < float(str(found["simulated_s"])) < 300
     # There is a live page, too, where the system was compiled for the browser before.
     assert {path.name for path in Path("o").iterdir()} - {"live.html"} == {
         "command.txt",
@@ -268,11 +268,11 @@ def test_ctrl_c_in_the_second_run_costs_the_coupling_error_alone(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("warmlink.orchestration.closed_loop.outcome.progress_bar", pressing(0.6, 1))
-    code, printed = warmlink("run", NOMINAL, "--stop", "5 min", "--fmus", "python", "--out", "o")
+    code, printed = warmlink("run", NOMINAL, "--stop", "3 min", "--fmus", "python", "--out", "o")
     assert code == 1
     assert "in the run at half the step" in printed
     found = metrics("o")
-    assert found["simulated_s"] == 300
+    assert found["simulated_s"] == 180
     assert '"coupling": null' in Path("o/metrics.json").read_text("utf-8")
 
 

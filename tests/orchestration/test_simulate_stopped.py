@@ -44,7 +44,7 @@ def test_a_step_that_never_returns_meets_the_time_limit(
     fmu: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = oscillator(fmu, fail_at=0.45, fail_status=6)
-    _, err = simulate(path, "--isolate", "--time-limit", "2 s", capsys=capsys, expected=1)
+    _, err = simulate(path, "--isolate", "--time-limit", "1 s", capsys=capsys, expected=1)
     assert "b: time limit at 0.4 s" in err
 
 
@@ -67,7 +67,7 @@ def interrupted(path: Path, folder: str, *options: str) -> subprocess.CompletedP
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs a shell of POSIX")
-@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("closed", ["2>&-", "<&- >&- 2>&-"])
 def test_nobody_has_to_listen(fmu: Path, closed: str) -> None:
     """Files would else get the numbers of the streams that the caller has closed, and be written to."""
     command = shlex.join([*COMMAND, str(oscillator(fmu, 1.0)), "--out", "o", "--isolate"])
@@ -161,7 +161,7 @@ def test_two_runs_do_not_write_into_one_folder(fmu: Path, capsys: pytest.Capture
     path = oscillator(fmu, 10.0, 0.01)
     options = ("--checkpoint", "10", "--out", "o")
     with subprocess.Popen(
-        [*COMMAND, str(path), *options, "--real-time", "0.1"], stderr=subprocess.PIPE
+        [*COMMAND, str(path), *options, "--real-time", "0.5"], stderr=subprocess.PIPE
     ) as first:
         while not Path("o/checkpoint").exists():
             assert first.poll() is None

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
 Stepping = Literal["auto", "preferred", "plain", "compiled"]
 
-PAYS_FROM_SLAVE_STEPS = 5_000
+PAYS_FROM_SLAVE_STEPS = 500
+"""Steps of slaves from which on laying out the tables takes less time than the loop saves."""
 CHUNK_SECONDS = 0.05
 _DISCARD = 2
 _NOTHING, _NOTE = -1, 3

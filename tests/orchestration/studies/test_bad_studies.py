@@ -56,7 +56,7 @@ def test_a_bad_study_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("warmlink.orchestration.studies.processes.CONNECT_TIMEOUT_S", 1.0)
+    monkeypatch.setattr("warmlink.orchestration.studies.processes.CONNECT_TIMEOUT_S", 0.3)
     assert sentence in refused([command, *arguments], capsys, monkeypatch)
 
 
@@ -101,6 +101,7 @@ def test_a_locked_storage_and_a_busy_folder_are_refused(
     folder: Path, fmus: FmuSet, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("warmlink.orchestration.studies.storage.LOCK_TIMEOUT_S", 0.1)
+    monkeypatch.setattr("warmlink.orchestration.files.ENDING_SECONDS", 0.1)
     with locked_folder(folder / "busy"):
         for command in (["tune", "study.toml"], ["sweep", "study.toml"], COMPARE):
             assert "busy: another warmlink is writing there" in refused(
@@ -140,7 +141,7 @@ def test_a_scheduler_that_is_not_there_is_refused_before_fmus_are_built(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("warmlink.orchestration.studies.processes.CONNECT_TIMEOUT_S", 1.0)
+    monkeypatch.setattr("warmlink.orchestration.studies.processes.CONNECT_TIMEOUT_S", 0.3)
     cache = tmp_path_factory.mktemp("cache")
     monkeypatch.setenv("WARMLINK_CACHE", str(cache))
     told = refused(["sweep", "study.toml", "--scheduler", "tcp://127.0.0.1:9"], capsys, monkeypatch)

@@ -27,8 +27,8 @@ from .test_workers import short
 really_mkdir = os.mkdir
 
 
-STRIDE = 1 if "WARMLINK_EVERY_WRITE" in os.environ else 5
-"""Every fifth write, from another one for each command, unless the environment asks for all."""
+STRIDE = 1 if "WARMLINK_EVERY_WRITE" in os.environ else 9
+"""Every ninth write, from another one for each command, unless the environment asks for all."""
 
 
 class Disk:

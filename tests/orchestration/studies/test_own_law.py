@@ -11,6 +11,7 @@ from warmlink.orchestration.catalogue import controllers, load_own_law
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
+from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import Outcome, case_of, run_case
 from warmlink.orchestration.studies.compare import plan_on
 from warmlink.orchestration.studies.workers import FmuSet
@@ -30,8 +31,13 @@ def outcome(kind: FmuKind, folder: Path, fmus: FmuSet, tmp_path: Path) -> Outcom
     law = load_own_law(EXAMPLE)
     files = dict(fmus.files() if fmus.kind == kind else FmuStore(kind).files(set(fmus.contents)))
     files |= FmuStore(kind, tmp_path).of_controller(law)
+    return run_case(case_of(brief(folder), ("MyLaw", "work", "nominal")), files)
+
+
+def brief(folder: Path) -> Scenario:
+    """Two minutes of work with the law."""
     scenario = load_scenario(str(folder / "work.toml"))
-    return run_case(case_of(replace(scenario, controller=law), ("MyLaw", "work", "nominal")), files)
+    return replace(scenario, duty=scenario.duty.until(120.0), controller=load_own_law(EXAMPLE))
 
 
 def test_a_law_of_ones_own_runs_as_native_and_as_python_fmu(
@@ -41,9 +47,7 @@ def test_a_law_of_ones_own_runs_as_native_and_as_python_fmu(
     assert native.stopped is None
     assert native.max_abs_um == pytest.approx(python.max_abs_um, rel=1e-9)
     none = run_case(
-        case_of(
-            replace(load_scenario(str(folder / "work.toml")), controller=load_own_law(EXAMPLE)), ("", "", "")
-        ),
+        case_of(brief(folder), ("", "", "")),
         {**fmus.files(), **FmuStore("native", tmp_path).of_controller(load_own_law(EXAMPLE))},
     )
     assert none.max_abs_um == native.max_abs_um

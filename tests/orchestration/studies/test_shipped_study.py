@@ -23,7 +23,7 @@ from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.studies.case import Case, Outcome, figures
 from warmlink.orchestration.studies.points import best
-from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
+from warmlink.orchestration.studies.storage import JOURNAL, Storage, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
 from warmlink.orchestration.studies.sweep import points_of, sweep
 from warmlink.orchestration.studies.tune import tune
@@ -86,7 +86,7 @@ def test_tuning_ends_well_below_a_sweep_of_as_many_runs(
     seed: int, followed: Followed, tmp_path: Path
 ) -> None:
     study = replace(load_study("lag_law"), seed=seed)
-    storage = Storage(study, "fmus", default_url(tmp_path))
+    storage = Storage(study, "fmus", f"{JOURNAL}{tmp_path / 'study.log'}")
     trials = tune(study, followed, storage, lambda done, leader: None).trials
     swept = sweep(study, points_of(study), followed, lambda done: None)
     assert len(trials) == len(swept)

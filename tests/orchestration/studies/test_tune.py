@@ -2,6 +2,7 @@ import math
 import operator
 import sqlite3
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from warmlink.orchestration.report.studies import write_tuning
 from warmlink.orchestration.studies.case import Constraint, Gathered
 from warmlink.orchestration.studies.points import Judged, best, front
 from warmlink.orchestration.studies.session import Ledger
-from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
+from warmlink.orchestration.studies.storage import JOURNAL, Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
 from warmlink.orchestration.studies.tune import Tuned, tune
 from warmlink.orchestration.studies.winner import polish, write_winner
@@ -27,11 +28,16 @@ from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 import_optuna()
 
 
-def run(study: Study, folder: Path, workers: Workers, fmus: str = "fmus") -> list[Judged]:
-    storage = Storage(study, fmus, default_url(folder))
-    return tune(
-        study, Ledger(folder, fmus_named(fmus), workers, print), storage, lambda done, leader: None
-    ).trials
+def journal(folder: Path) -> str:
+    """Storage in a folder that takes a tenth of the time that a database does."""
+    return f"{JOURNAL}{folder / 'study.log'}"
+
+
+def run(
+    study: Study, folder: Path, workers: Workers, storage: Callable[[Path], str] = journal
+) -> list[Judged]:
+    ledger = Ledger(folder, fmus_named("fmus"), workers, print)
+    return tune(study, ledger, Storage(study, "fmus", storage(folder)), lambda done, leader: None).trials
 
 
 @pytest.fixture
@@ -101,27 +107,29 @@ def test_where_no_trial_keeps_every_constraint_the_nearest_is_named(study: Study
     strict = replace(study, constraints=limits)
     trials = run(strict, folder, Formula())
     close = min(trials, key=lambda each: max(each.excess[0] / 0.5, each.excess[1] / 1e-3))
-    told = Tuned(strict, trials, Storage(strict, "fmus", default_url(folder))).reached
+    told = Tuned(strict, trials, Storage(strict, "fmus", journal(folder))).reached
     assert told[0] == "no trial keeps every constraint"
     assert told[1].startswith(f"nearest is trial {close.number}: worst max_abs_um ")
     assert f"{close.excess[0]:.4g} above 0.5; worst correction_rate_um_s" in told[1]
 
 
-@pytest.mark.parametrize("backwards", [False, True])
-@pytest.mark.parametrize("at_most", [3, 17])
+@pytest.mark.parametrize(
+    ("at_most", "backwards", "storage"),
+    [(3, False, journal), (3, True, journal), (17, False, journal), (17, True, default_url)],
+)
 def test_an_interrupted_study_ends_like_one_that_was_not(
-    study: Study, folder: Path, at_most: int, backwards: bool
+    study: Study, folder: Path, at_most: int, backwards: bool, storage: Callable[[Path], str]
 ) -> None:
     whole = run(study, make(folder, "whole"), Formula())
     part = make(folder, "part")
     with pytest.raises(KeyboardInterrupt):
-        run(study, part, Formula(backwards=backwards, at_most=at_most))
+        run(study, part, Formula(backwards=backwards, at_most=at_most), storage)
     rest = Formula()
-    assert same(run(study, part, rest), whole)
+    assert same(run(study, part, rest, storage), whole)
     # Whatever had ended was not run again.
     assert rest.done == 2 * 14 - at_most
     again = Formula()
-    assert same(run(study, part, again), whole)
+    assert same(run(study, part, again, storage), whole)
     assert again.done == 0
 
 
@@ -134,10 +142,10 @@ def test_more_trials_go_on_from_those_there_are(study: Study, folder: Path) -> N
 
 def test_the_storage_alone_is_enough_to_go_on(study: Study, folder: Path) -> None:
     part = make(folder, "part")
-    whole = run(study, part, Formula())
+    whole = run(study, part, Formula(), default_url)
     (part / "runs.jsonl").unlink()
     again = Formula()
-    assert same(run(study, part, again), whole)
+    assert same(run(study, part, again, default_url), whole)
     assert again.done == 0
 
 
@@ -167,7 +175,7 @@ def test_a_point_that_a_component_refuses_is_poisoned_before_it_runs(folder: Pat
 def test_a_study_without_an_objective_is_refused_before_a_trial(study: Study, folder: Path) -> None:
     with pytest.raises(InputError, match="no objective as shipped: work, nominal: the slave said no"):
         run(study, make(folder, "a"), Formula(poison=9.0))
-    assert Storage(study, "fmus", default_url(folder / "a")).trials() == []
+    assert Storage(study, "fmus", journal(folder / "a")).trials() == []
 
 
 def test_another_study_in_the_same_storage_is_kept_apart(study: Study, folder: Path) -> None:
@@ -180,17 +188,17 @@ def test_another_study_in_the_same_storage_is_kept_apart(study: Study, folder: P
 
 def test_foreign_trials_in_a_study_are_refused(study: Study, folder: Path) -> None:
     here = make(folder, "a")
-    trials = run(study, here, Formula())
+    trials = run(study, here, Formula(), default_url)
     with sqlite3.connect(here / "study.db") as database:
         database.execute("UPDATE trial_params SET param_value = param_value * 1.01")
     assert trials
     with pytest.raises(InputError, match="was not chosen by this study"):
-        run(study, here, Formula())
+        run(study, here, Formula(), default_url)
 
 
 def test_a_locked_storage_is_refused(study: Study, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("warmlink.orchestration.studies.storage.LOCK_TIMEOUT_S", 0.1)
-    run(study, make(folder, "a"), Formula())
+    Storage(study, "fmus", default_url(make(folder, "a")))
     other = sqlite3.connect(folder / "a" / "study.db")
     other.execute("BEGIN EXCLUSIVE")
     try:
@@ -216,9 +224,7 @@ def test_the_report_shows_winner_importance_and_coordinates(study: Study, folder
     here = make(folder, "a")
     trials = run(study, here, Formula(poison=2.5))
     winner = best(trials)
-    write_tuning(
-        Tuned(study, trials, Storage(study, "fmus", default_url(here)), winner), here / "report.html"
-    )
+    write_tuning(Tuned(study, trials, Storage(study, "fmus", journal(here)), winner), here / "report.html")
     text, drawn = (here / "report.html").read_text(), plots(here / "report.html")
     for shown in ("winner, polished", "number of the trial [1]", "worst max_abs_um [", "share [1]"):
         assert shown in drawn
@@ -240,7 +246,7 @@ def test_writing_a_report_leaves_words_and_warnings_as_they_are(
         warnings.simplefilter("always")
         during = list(warnings.filters)
         write_tuning(
-            Tuned(two, trials, Storage(two, "fmus", default_url(here)), best(trials)), here / "report.html"
+            Tuned(two, trials, Storage(two, "fmus", journal(here)), best(trials)), here / "report.html"
         )
         assert warnings.filters == during
     assert not [each for each in seen if "PedAnova" in str(each.message)]
@@ -258,7 +264,7 @@ def test_two_objectives_give_a_front_and_a_winner_between_its_ends(study: Study,
     winner = best(trials)
     assert winner in kept[1:-1]
     assert same(trials, run(two, here, Formula(at_most=0)))
-    tuned = Tuned(two, trials, Storage(two, "fmus", default_url(here)))
+    tuned = Tuned(two, trials, Storage(two, "fmus", journal(here)))
     write_tuning(tuned, here / "report.html")
     assert "Front" in (here / "report.html").read_text("utf-8")
     frame = tuned.to_frame()
@@ -287,7 +293,7 @@ def test_polishing_goes_down_the_gradient_to_the_least_and_keeps_constraints(stu
 def test_what_polishing_gives_a_winner_that_cannot_get_better_is_nothing(study: Study, folder: Path) -> None:
     """A winner that is within the tolerance from the start ended `tune` with a ZeroDivisionError."""
     winner = Judged(0, {}, (0.0,))
-    found = Tuned(study, [winner], Storage(study, "fmus", default_url(folder)), winner)
+    found = Tuned(study, [winner], Storage(study, "fmus", journal(folder)), winner)
     assert found.gain == "polished along its gradient from 0, 0 % less"
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -24,6 +26,12 @@ def noise(ticks: int, seed: int, memory: float = 0.0) -> np.ndarray:
     return draw
 
 
+@cache
+def once_a_month() -> Limits:
+    """Limits for one false alarm in thirty days of white leanings."""
+    return worked_out(noise(2000, 1), np.ones((2000, THINGS)), rate=1 / 30, day=DAY)
+
+
 def alarms(limits: Limits, lean: np.ndarray) -> int:
     """Times at which a test goes from silence into an alarm, an hour apart at least."""
     test, quiet, found = Sequential(limits, THINGS), 60, 0
@@ -43,7 +51,7 @@ def test_the_stated_rate_of_false_alarms_is_kept(memory: float) -> None:
 
 
 def test_what_leans_is_found() -> None:
-    limits = worked_out(noise(2000, 1), np.ones((2000, THINGS)), rate=1 / 30, day=DAY)
+    limits = once_a_month()
     test, lean = Sequential(limits, THINGS), noise(400, 3)
     lean[200:, 4] += 2.0
     levels = np.array([test.add(row, np.ones(THINGS)).copy() for row in lean])
@@ -54,7 +62,7 @@ def test_what_leans_is_found() -> None:
 
 def test_an_alarm_of_a_loud_fault_lasts_no_longer_after_it_than_that_of_a_faint_one() -> None:
     """And what comes later is found again."""
-    limits = worked_out(noise(2000, 1), np.ones((2000, THINGS)), rate=1 / 30, day=DAY)
+    limits = once_a_month()
     lasted = []
     for loud in (2.0, 20.0):
         test, lean = Sequential(limits, THINGS), 0.1 * noise(900, 3)
@@ -86,7 +94,7 @@ def test_the_same_sound_part_gives_the_same_thresholds() -> None:
 
 def test_a_gap_ends_what_the_test_says_until_the_filter_has_settled() -> None:
     """What was mended during the gap stood for half an hour after it."""
-    limits = worked_out(noise(2000, 1), np.ones((2000, THINGS)), rate=1 / 30, day=DAY)
+    limits = once_a_month()
     test = Sequential(limits, THINGS)
     for row in noise(200, 3) + 3.0:
         test.add(row, np.ones(THINGS))
