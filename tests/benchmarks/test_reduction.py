@@ -16,7 +16,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def part() -> Part:
-    return example_part(size=0.025, order=30)
+    return example_part(size=0.04, order=30)
 
 
 @pytest.mark.parametrize("seed", [1, 2])

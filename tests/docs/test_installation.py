@@ -25,9 +25,10 @@ NOT_THERE = shutil.ignore_patterns(
 )
 
 
-@pytest.fixture
-def copy(tmp_path: Path) -> Path:
-    """Copy of the checkout; skips where nothing can be installed."""
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Copy of the checkout, installed by one after the other; skips where nothing can be installed."""
+    folder = tmp_path_factory.mktemp("copy")
     asked = [
         sys.executable,
         "-m",
@@ -36,12 +37,12 @@ def copy(tmp_path: Path) -> Path:
         "--quiet",
         "--no-deps",
         "--dest",
-        str(tmp_path),
+        str(folder),
         "setuptools",
     ]
     if subprocess.run(asked, capture_output=True).returncode:
         pytest.skip("no package index answers, from which the dependencies would come")
-    return Path(shutil.copytree(ROOT, tmp_path / "warmlink", ignore=NOT_THERE))
+    return Path(shutil.copytree(ROOT, folder / "warmlink", ignore=NOT_THERE))
 
 
 @pytest.fixture
