@@ -12,7 +12,7 @@ from benchmarks.hosts import HOSTS, Host
 from benchmarks.masters import Extent, Row, bench_masters, masters_table
 from warmlink.fmus.errors import InputError
 
-STEPS, SECONDS = 500, 20
+STEPS, SECONDS = 500, 60
 FEW = [host for host in HOSTS if host.name in ("warmlink, compiled", "FMPy, plain loop")]
 """Masters for Python FMUs, which take two seconds to begin; test_cell_referees has them in the others."""
 
