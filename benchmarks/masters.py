@@ -95,10 +95,10 @@ def bench_masters(
     chosen = extent or Extent()
     if min(chosen.trivial_steps, chosen.cell_steps) < 3 or chosen.rounds < 1:
         raise InputError(f"{chosen}: too little to time; give 3 steps or more and 1 round or more")
-    hosts = [host for host in HOSTS if not host.missing]
     with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
         for case in _cases(chosen, Path(work)):
-            fit = [host for host in hosts if case.truth is not None or not host.iterates]
+            there = [host for host in HOSTS if not host.missing]
+            fit = [host for host in there if case.truth is not None or not host.iterates]
             yield _rows(case, fit, chosen.rounds, told or (lambda name: None))
 
 

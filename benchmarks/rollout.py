@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component, limits
 from warmlink.fmus.component.table import EARLY
 from warmlink.fmus.duty_cycle.equations import DEMANDS
+from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.fmus.packaging.native.rollout_code import compiled as rollout
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.scenarios.duties import duty_files
@@ -94,6 +96,14 @@ class Record:
         return self["elongation"] - self["correction"]
 
 
+@cache
+def _runs(law: Component, law_states: bool) -> tuple[Component, Rollout]:
+    """The cell joined, and its runs compiled: made once in a process, for this takes seconds."""
+    joined = WARMUP_CELL.joined(law)
+    states = [name for name in joined.x.names if name.startswith("compensator.")]
+    return joined, rollout(joined, [*RECORDED.values(), *(states if law_states else ())], False)
+
+
 class Cell:
     """Motor, link, sensors, camera and a law joined, and stepped at 1 s; it needs a C compiler.
 
@@ -107,9 +117,7 @@ class Cell:
 
     def __init__(self, law: Component, law_states: bool = False) -> None:
         self.law = law
-        self.joined = WARMUP_CELL.joined(law)
-        states = [name for name in self.joined.x.names if name.startswith("compensator.")]
-        self._rollout = rollout(self.joined, [*RECORDED.values(), *(states if law_states else ())], False)
+        self.joined, self._rollout = _runs(law, law_states)
 
     def run(self, demands: Array, parameters: Mapping[str, Mapping[str, float]] | None = None) -> Record:
         """Run through a duty cycle.

@@ -13,12 +13,12 @@ from warmlink.orchestration.diagnosis.practice.hide import hide
 
 @pytest.mark.slow
 def test_the_bench_counts_and_writes(tmp_path: Path) -> None:
-    bench = bench_diagnosis({"single": 1, "none": 1}, seed=1)
+    bench = bench_diagnosis({"moving": 1, "none": 1}, seed=1)
     bench.write(tmp_path)
     assert {p.name for p in tmp_path.iterdir()} == {"bench_diagnosis.csv", "confusion.csv", "trials.csv"}
     rows = {row["kind"]: row for row in bench.table()}
-    assert rows["single"]["runs"] == 1
-    assert rows["single"]["right_percent"] == 100
+    assert rows["moving"]["runs"] == 1
+    assert rows["moving"]["right_percent"] == 100
     assert rows["none"]["runs"] == rows["none"]["adequate"] == 1
 
 

@@ -23,7 +23,7 @@ from warmlink.fmus.errors import InputError, SeveralError, refusal
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 SEED = int(os.environ.get("WARMLINK_FUZZ_SEED", "1"))
-EXAMPLES = int(os.environ.get("WARMLINK_FUZZ_EXAMPLES", "60"))
+EXAMPLES = int(os.environ.get("WARMLINK_FUZZ_EXAMPLES", "30"))
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -1,12 +1,14 @@
 """The camera's images and their centroid."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
 from benchmarks.optics import (
     Camera,
+    CentroidError,
     Spot,
     centroid,
     characterise,
@@ -24,6 +26,17 @@ FULL = Camera.printed()
 CAMERA = FULL.window(96, 96)
 SPOT = replace(tuned_spot(CAMERA), x=48.2 * CAMERA.cell_width, y=47.6 * CAMERA.cell_height)
 THRESHOLD = noise_threshold(FULL)
+IMAGES = 2000
+
+
+@cache
+def of_spot(spot: Spot = SPOT) -> CentroidError:
+    return characterise(CAMERA, spot, THRESHOLD)
+
+
+@cache
+def of_many() -> CentroidError:
+    return drift_noise(images=IMAGES)
 
 
 def test_image_has_the_size_and_levels_of_the_paper() -> None:
@@ -76,18 +89,17 @@ def test_dark_noise_of_a_whole_chip_stays_below_the_threshold() -> None:
 def test_a_wider_window_lets_no_more_noise_in() -> None:
     wide = CAMERA.window(200, 200)
     found = characterise(wide, tuned_spot(wide), THRESHOLD, images=200)
-    assert found.noise == pytest.approx(drift_noise().noise, rel=0.15)
+    assert found.noise == pytest.approx(of_many().noise, rel=0.15)
 
 
 def test_a_threshold_within_the_dark_noise_ruins_the_centroid() -> None:
-    good = characterise(CAMERA, SPOT, THRESHOLD)
     bad = characterise(CAMERA, SPOT, THRESHOLD / 3)
-    assert bad.noise > 10 * good.noise
+    assert bad.noise > 10 * of_spot().noise
 
 
 def test_brighter_spot_is_found_better() -> None:
     rates = [CAMERA.rate_for(share) for share in (0.5, 0.7, 0.9)]
-    noise = [characterise(CAMERA, replace(SPOT, rate=rate), THRESHOLD).noise for rate in rates]
+    noise = [of_spot(replace(SPOT, rate=rate)).noise for rate in rates]
     assert noise == sorted(noise, reverse=True)
 
 
@@ -107,10 +119,7 @@ def test_full_level_is_less_than_a_fifth_of_the_well() -> None:
 
 
 def test_width_of_the_spot_hardly_matters_unless_it_is_a_few_cells() -> None:
-    narrow, *others = (
-        characterise(CAMERA, replace(SPOT, radius=radius), THRESHOLD)
-        for radius in (10e-6, 40e-6, 60e-6, 100e-6)
-    )
+    narrow, *others = (of_spot(replace(SPOT, radius=radius)) for radius in (10e-6, 40e-6, 60e-6, 100e-6))
     assert narrow.bias > 3 * max(e.bias for e in others)
     assert [e.total for e in others] == pytest.approx([0.0125] * 3, rel=0.15)
 
@@ -118,9 +127,8 @@ def test_width_of_the_spot_hardly_matters_unless_it_is_a_few_cells() -> None:
 def test_noise_of_the_drift_camera_is_derived_from_these_images() -> None:
     declared = {p.name: p.start for p in DRIFT_CAMERA.parameters}
     assert declared["pixel_size"] == pytest.approx(CAMERA.cell_width)
-    images = 2000
-    found = drift_noise(images=images)
-    sampling = found.noise / np.sqrt(2 * images)
+    found = of_many()
+    sampling = found.noise / np.sqrt(2 * IMAGES)
     assert declared["centroid_noise"] == pytest.approx(found.total, abs=3 * sampling)
     # The bias within the cell is of little account, so that white noise stands for both.
     assert found.bias < 0.25 * found.noise
@@ -143,7 +151,7 @@ def test_sequence_of_images_gives_back_the_growth_of_the_link() -> None:
     places = np.array([centroid(image, CAMERA, THRESHOLD)[0] for image in images])
     drift = places - places[0]
     error = (drift - growth)[1:]
-    noise = characterise(CAMERA, SPOT, THRESHOLD).total * CAMERA.cell_width
+    noise = of_spot().total * CAMERA.cell_width
     # The first image's own error is common to all; the spread about it is the noise.
     assert error.std() == pytest.approx(noise, rel=0.3)
     assert np.abs(error).max() < 6 * noise

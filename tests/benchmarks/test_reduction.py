@@ -8,15 +8,28 @@ import pytest
 pytest.importorskip("gmsh", reason="gmsh is not installed: pip install 'warmlink[cad]'")
 pytest.importorskip("pymor", reason="pyMOR is not installed: pip install 'warmlink[cad]'")
 
-from benchmarks.reduction import COLD, Run, compared, example_part, random_run
-from warmlink.orchestration.reduction.part import Part
+from benchmarks.reduction import COLD, Run, compared, random_run
+from warmlink.orchestration.reduction.elements import Use
+from warmlink.orchestration.reduction.order import range_of
+from warmlink.orchestration.reduction.part import Part, reduce_part
+from warmlink.orchestration.reduction.solid import HEAT_FACE, TOOL_POINT, gmsh_session, ribbed_link
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def part() -> Part:
-    return example_part(size=0.025, order=30)
+def part(tmp_path_factory: pytest.TempPathFactory) -> Part:
+    """The example on one coarse mesh; of a STEP file, two coarser ones would be made to tell its error."""
+    path = tmp_path_factory.mktemp("part") / "link.step"
+    ribbed_link(path)
+    with gmsh_session(path) as gmsh:
+        gmsh.model.occ.importShapes(str(path))
+        gmsh.model.occ.synchronize()
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 40.0)
+        gmsh.model.mesh.generate(3)
+        gmsh.write(str(path.with_suffix(".msh")))
+    use, within = Use([HEAT_FACE], TOOL_POINT), range_of("aluminium_6061")
+    return reduce_part(path.with_suffix(".msh"), use, within, unit="mm", order=30)
 
 
 @pytest.mark.parametrize("seed", [1, 2])

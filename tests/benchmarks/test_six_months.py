@@ -17,7 +17,7 @@ def test_what_was_found_is_designed_for_and_taken_out() -> None:
 
 
 def test_a_log_has_what_a_diagnosis_needs() -> None:
-    loop = wl.run("production_shift", "observer_drift", stop="20 min")
+    loop = wl.run("production_shift", "lag", stop="20 min")
     table = log(loop)
     assert table["elongation [um]"].notna().sum() > 5
     growth = loop.result["link.elongation"][::30] * 1e6

@@ -6,23 +6,21 @@ Fixed points are iterated, accelerated after Anderson, or found by Newton's meth
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar, cast
+from typing import ClassVar, NamedTuple, cast
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
+from warmlink.orchestration.master.algorithms.polynomials import Point, derivatives, value_at
 from warmlink.orchestration.master.algorithms.structure import continuous_inputs, plan
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network, SlaveStates
 from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
 from warmlink.orchestration.system.model import Value
-
-Point = tuple[float, float]
-"""Time in s, from the start of the step, and value."""
 
 Sweep = Callable[[Array], Array]
 """Goes back to the start of the step, steps a group with torn inputs as given, gives what they should be."""
@@ -31,7 +29,9 @@ _REMEMBERED = 3
 """Past communication points, enough for a parabola."""
 
 FARTHEST = 1e8
-"""Multiple of its nominal value, or of where it began, beyond which a value has run away."""
+"""Multiple of its nominal value, or of where it began, beyond which a value has run away.
+
+Any difference is small beside it."""
 
 DIFFERENCE = 1e-6  # of the nominal value
 
@@ -86,15 +86,16 @@ class FixedPoint(Iterated):
 
     def solve(self, sweep: Sweep, guess: Array, scale: Array, kept: Array | None) -> tuple[bool, None]:
         """Iterate to the tolerance; nothing is carried from step to step."""
-        x = guess
+        x, farthest = guess, FARTHEST * np.maximum(scale, np.abs(guess))
         steps, changes = list[Array](), list[Array]()
         previous: tuple[Array, Array] | None = None
         for _ in range(self.most):
             residual = sweep(x) - x
-            if not np.all(np.isfinite(residual)) or _ran_away(x, guess, scale):
+            distance = np.abs(x)
+            if not np.isfinite(residual).all() or (distance > farthest).any():
                 return False, None
-            size = np.maximum(scale, np.abs(x))
-            if np.all(np.abs(residual) <= self.tolerance * size):
+            size = np.maximum(scale, distance)
+            if (np.abs(residual) <= self.tolerance * size).all():
                 return True, None
             if previous is not None:
                 steps = [*steps, x - previous[0]][-self.depth :]
@@ -124,12 +125,14 @@ class InterfaceNewton(Iterated):
     ) -> tuple[bool, Array | None]:
         """Iterate to the tolerance; a Jacobian that reduces the residual too slowly is made anew."""
         x, jacobian, last = guess, kept, np.inf
+        farthest = FARTHEST * np.maximum(scale, np.abs(guess))
         for _ in range(self.most):
             residual = sweep(x) - x
-            if not np.all(np.isfinite(residual)) or _ran_away(x, guess, scale):
+            distance = np.abs(x)
+            if not np.isfinite(residual).all() or (distance > farthest).any():
                 return False, jacobian
-            size = np.maximum(scale, np.abs(x))
-            error = float(np.max(np.abs(residual) / size))
+            size = np.maximum(scale, distance)
+            error = float((np.abs(residual) / size).max())
             if error <= self.tolerance:
                 return True, jacobian
             if jacobian is None or error > 0.1 * last:
@@ -142,11 +145,6 @@ class InterfaceNewton(Iterated):
         return False, jacobian
 
 
-def _ran_away(x: Array, guess: Array, scale: Array) -> bool:
-    """Whether values are so far from where they began that any difference is small beside them."""
-    return bool(np.any(np.abs(x) > FARTHEST * np.maximum(scale, np.abs(guess))))
-
-
 def _differences(sweep: Sweep, x: Array, residual: Array, size: Array) -> Array:
     columns = []
     for j in range(len(x)):
@@ -154,6 +152,18 @@ def _differences(sweep: Sweep, x: Array, residual: Array, size: Array) -> Array:
         moved[j] += DIFFERENCE * size[j]
         columns.append((sweep(moved) - moved - residual) / (moved[j] - x[j]))
     return np.array(columns).T
+
+
+class Begun(NamedTuple):
+    """What a step begins with at one slave: its inputs, and the past of those that are interpolated."""
+
+    values: list[Value]
+    past: dict[int, list[Point]]
+
+
+def _replace(values: list[Value], changed: Mapping[int, Value]) -> None:
+    for position, value in changed.items():
+        values[position] = value
 
 
 class IteratedStepper(Stepper):
@@ -170,6 +180,10 @@ class IteratedStepper(Stepper):
         self.algorithm = algorithm
         self.plan = plan(network)
         self.remarks = self.plan.remarks
+        self._scales = [
+            np.array([nominal(network.slaves[k].variables[network.writes[k][p]]) for k, p in group.torn])
+            for group in self.plan.groups
+        ]
         self._smooth = [continuous_inputs(network, k) for k in range(len(network.slaves))]
         self._names = [tuple(network.writes[k][p] for p in smooth) for k, smooth in enumerate(self._smooth)]
         self._past: list[tuple[float, list[list[Value]]]] = []  # times and inputs, newest first
@@ -183,10 +197,13 @@ class IteratedStepper(Stepper):
             self._remember(time)
         started = [list(outputs) for outputs in network.outputs]
         for index, group in enumerate(self.plan.groups):
+            members = {k: self._begun(k, time, started) for k in group.members}
             if group.torn:
-                self._converge(index, time, step_size, started)
-            for k in group.followers if group.torn else (*group.members, *group.followers):
-                self._advance(k, time, step_size, started)
+                self._converge(index, time, step_size, members)
+            for k, begun in () if group.torn else members.items():
+                self._advance(k, time, step_size, begun)
+            for k in group.followers:
+                self._advance(k, time, step_size, self._begun(k, time, started))
         for k in self.plan.sampled:
             network.write(k)
             network.step(k, time, step_size)
@@ -212,7 +229,16 @@ class IteratedStepper(Stepper):
         now = (time, [list(inputs) for inputs in self.network.inputs])
         self._past = [now, *self._past[: _REMEMBERED - 1]]
 
-    def _converge(self, index: int, time: float, step_size: float, started: list[list[Value]]) -> None:
+    def _begun(self, k: int, time: float, started: list[list[Value]]) -> Begun:
+        smooth, order = self._smooth[k], self.algorithm.interpolation
+        # Continuous inputs begin as they were, others as they were sent.
+        values = [
+            self._past[0][1][k][p] if p in smooth else wire.convert(started[wire.slave][wire.position])
+            for p, wire in enumerate(self.network.wires[k])
+        ]
+        return Begun(values, {p: self._points(k, p, time, order) for p in smooth} if order else {})
+
+    def _converge(self, index: int, time: float, step_size: float, members: Mapping[int, Begun]) -> None:
         group, network = self.plan.groups[index], self.network
         snapshot = network.snapshot(group.members, self._snapshots[index])
         self._snapshots[index] = snapshot
@@ -225,13 +251,13 @@ class IteratedStepper(Stepper):
                     network.slaves[k].restore(state)
             fresh = False
             given = dict(zip(group.torn, torn.tolist(), strict=True))
-            for k in group.members:
-                self._advance(k, time, step_size, started, given)
+            for k, begun in members.items():
+                self._advance(k, time, step_size, begun, given)
             return np.array([network.arriving(k, position) for k, position in group.torn], float)
 
         guess = np.array([value_at(self._points(*each, time, _REMEMBERED), step_size) for each in group.torn])
-        scale = np.array([nominal(network.slaves[k].variables[network.writes[k][p]]) for k, p in group.torn])
-        converged, self._kept[index] = self.algorithm.solve(sweep, guess, scale, self._kept[index])
+        scale, kept = self._scales[index], self._kept[index]
+        converged, self._kept[index] = self.algorithm.solve(sweep, guess, scale, kept)
         if not converged:
             k, position = group.torn[0]
             told = (
@@ -246,65 +272,38 @@ class IteratedStepper(Stepper):
         k: int,
         time: float,
         step_size: float,
-        started: list[list[Value]],
+        begun: Begun,
         torn: dict[tuple[int, int], float] | None = None,
     ) -> None:
         """Step one slave along its input polynomials, then read it with its inputs of the end."""
-        network, slave, order = self.network, self.network.slaves[k], self.algorithm.interpolation
-        given = torn or {}
+        network, slave, given = self.network, self.network.slaves[k], torn or {}
         ends = {p: given[k, p] if (k, p) in given else float(network.arriving(k, p)) for p in self._smooth[k]}
-        # Continuous inputs begin as they were, others as they were sent.
-        values = [
-            self._past[0][1][k][p] if p in ends else wire.convert(started[wire.slave][wire.position])
-            for p, wire in enumerate(network.wires[k])
-        ]
-        if order == 0:
-            values = [ends.get(p, value) for p, value in enumerate(values)]
+        values = list(begun.values)
+        if not begun.past:
+            _replace(values, ends)
         slopes: list[tuple[float, float]] = []
         # FMI 3.0 has no input derivatives, but a slave may ask for its inputs within a step.
         varies = slave.capabilities.interpolate_inputs or slave.capabilities.intermediate_update
-        for p, end in ends.items() if order else ():
-            now, *past = self._points(k, p, time, order)
-            first, second = derivatives([now, (step_size, end), *past])
+        for p, (now, *past) in begun.past.items():
+            first, second = derivatives([now, (step_size, ends[p]), *past])
             if varies:
                 slopes.append((first, second))
             else:
                 values[p] = now[1] + step_size * (first / 2 + step_size * second / 6)
         if values:
             network.put(k, values)
-        for i in range(order if slopes else 0):
+        for i in range(self.algorithm.interpolation if slopes else 0):
             slave.set_input_derivatives(self._names[k], i + 1, [slope[i] for slope in slopes])
         network.step(k, time, step_size)
         if ends:
-            network.put(k, [ends.get(p, value) for p, value in enumerate(values)])
+            values = list(values)
+            _replace(values, ends)
+            network.put(k, values)
         network.read(k)
 
     def _points(self, k: int, position: int, now: float, count: int) -> list[Point]:
         """Give at most `count` past values of one input, by their offset from `now`."""
         return [(time - now, float(values[k][position])) for time, values in self._past[:count]]
-
-
-def derivatives(points: Sequence[Point]) -> tuple[float, float]:
-    """Give first and second derivative at offset 0 of the polynomial through one to three points.
-
-    The first has offset 0 s. Newton's divided differences.
-    """
-    (_, v0), *rest = points
-    if not rest:
-        return 0.0, 0.0
-    (t1, v1), *rest = rest
-    slope1 = (v1 - v0) / t1
-    if not rest:
-        return slope1, 0.0
-    t2, v2 = rest[0]
-    curvature = ((v2 - v0) / t2 - slope1) / (t2 - t1)
-    return slope1 - curvature * t1, 2.0 * curvature
-
-
-def value_at(points: Sequence[Point], offset: float) -> float:
-    """Evaluate the polynomial through one to three points."""
-    first, second = derivatives(points)
-    return points[0][1] + offset * (first + 0.5 * offset * second)
 
 
 MASTERS = {

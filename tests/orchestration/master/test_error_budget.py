@@ -144,7 +144,7 @@ def test_steps_shorter_than_those_of_an_fmus_own_show_nothing_of_its_lateness() 
 
 def test_a_tolerance_kept_by_such_steps_is_not_known_to_be() -> None:
     def once(by: Algorithm, half: bool) -> Result:
-        return in_steps_of_its_own(by, 1000.0 / (1 + half), 4000.0, 1e-6)
+        return in_steps_of_its_own(by, 200.0 / (1 + half), 800.0, 1e-6)
 
     found = attempted(Jacobi(), {"x.y": 1e-6}, ["x.y"], once)
     assert found.bounds == {"x.y": 0.0}

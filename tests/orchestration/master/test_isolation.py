@@ -31,6 +31,10 @@ def pair(fmu: Path, **values: Value) -> System:
     return System("s", {"a": FmuPart("a", fmu), "b": FmuPart("b", fmu, {}, parameters)}, wires)
 
 
+def single(fmu: Path, **values: Value) -> System:
+    return System("s", {"b": FmuPart("b", fmu, {}, values)})
+
+
 def test_isolated_slaves_give_the_same_values(trivial2: Path) -> None:
     inside = simulate(pair(trivial2), 3.0, 0.25, FixedPoint())
     outside = simulate(pair(trivial2), 3.0, 0.25, FixedPoint(), isolation=LIMITS)
@@ -78,13 +82,13 @@ def wait_for_ever(pipe: Connection) -> None:
 
 
 def test_a_step_that_never_returns_meets_the_time_limit(trivial2: Path) -> None:
-    result = simulate(pair(trivial2, fail_at=2.1, fail_status=6), 5.0, 0.5, isolation=LIMITS)
+    result = simulate(single(trivial2, fail_at=2.1, fail_status=6), 5.0, 0.5, isolation=LIMITS)
     assert "b: time limit at 2 s: step has not returned within 0.5 s" in str(result.reason)
     assert result.times[-1] == 2.0
 
 
 def test_errors_cross_the_border_as_they_are(trivial2: Path) -> None:
-    result = simulate(pair(trivial2, fail_at=2.1, fail_status=3), 5.0, 0.5, isolation=LIMITS)
+    result = simulate(single(trivial2, fail_at=2.1, fail_status=3), 5.0, 0.5, isolation=LIMITS)
     assert result.reason == "b: error at 2 s: fmi2DoStep answered error; it logged: it fails from 2.1"
     with pytest.raises(InputError, match=r"b\.nothing: the FMU has no such variable"):
-        simulate(pair(trivial2, nothing=1.0), 1.0, 0.5, isolation=LIMITS)
+        simulate(single(trivial2, nothing=1.0), 1.0, 0.5, isolation=LIMITS)

@@ -42,7 +42,7 @@ from .motor_link import motor_link
 from .pairs import assembly, counter, wire
 
 WIRES = (wire("a.y -> b.u"), wire("b.y -> a.u", factor=-1.0))
-KILLS = int(os.environ.get("WARMLINK_KILLS", "5"))
+KILLS = int(os.environ.get("WARMLINK_KILLS", "3"))
 
 
 def pair(fmu: Path) -> System:

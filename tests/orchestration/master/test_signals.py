@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from warmlink.orchestration.master.algorithms.iterated import FixedPoint, derivatives, value_at
+from warmlink.orchestration.master.algorithms.iterated import FixedPoint
+from warmlink.orchestration.master.algorithms.polynomials import derivatives, value_at
 from warmlink.orchestration.master.algorithms.structure import is_sampled, plan
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.network import Network

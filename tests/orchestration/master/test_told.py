@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,8 @@ from .hand_written import compiled
 
 SHOWN = ("y", "tolerance", "forward", "steps", "time")
 FORMS = ("plain", "compiled", "isolated")
+WAYS = [*product(("2.0", "3.0"), FORMS[:2]), ("3.0", "isolated")]
+"""Version of the slave and form of the run; another process is told the same of either version."""
 
 
 def description(version: str, **flags: str) -> str:
@@ -89,20 +92,20 @@ def ran(made: System, form: str = "plain", by: Algorithm | None = None, **how: A
     return simulate(made, 10.0, 1.0, by, stepping="compiled" if form == "compiled" else "plain", **how)
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(("told", "form"), WAYS, indirect=["told"])
 def test_start_values_outlast_the_setup_of_the_experiment(told: Path, form: str) -> None:
     result = ran(system(told, a={"k": 5.0}), form)
     np.testing.assert_array_equal(result["a.y"], 5.0)
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(("told", "form"), WAYS, indirect=["told"])
 def test_a_slave_is_told_its_own_tolerance_or_the_one_that_is_asked_for(told: Path, form: str) -> None:
     made = system(told, a={})
     assert ran(made, form)["a.tolerance"][-1] == 1e-6
     assert ran(made, form, fmu_tolerance=1e-3)["a.tolerance"][-1] == 1e-3
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(("told", "form"), WAYS, indirect=["told"])
 @pytest.mark.parametrize("by", [Jacobi(), GaussSeidel(), GaussSeidel(sequence=("a",))])
 def test_time_goes_forward_only_where_nobody_goes_back(told: Path, form: str, by: Algorithm) -> None:
     result = ran(system(told, a={"stubborn": 1.0}), form, by)
@@ -120,7 +123,7 @@ def test_each_algorithm_says_whether_it_goes_back(told: Path) -> None:
         np.testing.assert_array_equal(ran(made, by=by)["a.forward"][1:], forward)
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(("told", "form"), WAYS, indirect=["told"])
 def test_a_discarded_step_begins_the_run_anew_with_the_other_truth(told: Path, form: str) -> None:
     made = system(told, a={"discard_at": 4.0})
     np.testing.assert_array_equal(ran(made, form)["a.forward"][1:], 0.0)
@@ -142,7 +145,7 @@ def test_a_run_that_keeps_pace_is_not_begun_anew(told: Path) -> None:
     assert len(result.times) == 5
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(("told", "form"), WAYS, indirect=["told"])
 @pytest.mark.parametrize("order", ["first", "last"])
 def test_a_slave_that_asks_to_end_ends_the_run_with_the_row_of_its_end(
     told: Path, form: str, order: str

@@ -77,8 +77,8 @@ def test_the_co_simulated_cell_differs_by_its_coupling_error(run: dict[str, np.n
 @pytest.mark.slow
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_the_joined_cell_is_sound(cells: dict[FmiVersion, Path], version: FmiVersion) -> None:
-    # A million steps take some seconds, and both versions' steps are the same C.
-    cases = [name for name in CASES if version == "3.0" or name != "memory growth"]
+    # A million steps take some seconds, and the C that takes memory is that of any FMU.
+    cases = [name for name in CASES if name != "memory growth"]
     found = check_fmu(cells[version], cases=cases)
     assert not [each for each in found if each.verdict == "fail"]
 
@@ -129,9 +129,10 @@ def test_an_arm_is_one_fmu(tmp_path: Path) -> None:
     found = check_fmu(fmu, cases=["runs its default experiment", "state restore is bit-identical"])
     assert not [each for each in found if each.verdict == "fail"]
     names = [f"axis{i}.link.elongation" for i in range(1, count + 1)]
-    whole = simulate(alone(fmu), STOP, 1.0)
+    stop = 600.0
+    whole = simulate(alone(fmu), stop, 1.0)
     system = scenario.system(scenario.files(FmuStore("native")))
-    coupled = simulate(system, STOP, 1.0, GaussSeidel())
-    bounds = coupling_error(coupled, simulate(system, STOP, 0.5, GaussSeidel(), record=names), 1, names)
+    coupled = simulate(system, stop, 1.0, GaussSeidel())
+    bounds = coupling_error(coupled, simulate(system, stop, 0.5, GaussSeidel(), record=names), 1, names)
     for name, bound in bounds.items():
         assert 0 < np.abs(coupled[name] - whole[f"whole.{name}"]).max() <= bound, name

@@ -11,40 +11,38 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 
-GAP = " " * 100_000
-CASES = {
-    "unit": ("system.units", "parse_unit('Nparameterambient_temperature_of_the_room [degC')"),
-    "value": ("written.entries", "quantity('1' + GAP + 'x\\ny', 's', 'stop_time')"),
-}
+GAP = 100_000
+"""Blanks in a text."""
+ASKED = f"""
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.scenarios.logged.layout import name_and_unit, with_suffix
+from warmlink.orchestration.system.units import parse_unit
+from warmlink.orchestration.written.entries import quantity
+
+def refused(call):
+    try:
+        call()
+    except InputError as fault:
+        print(str(fault)[:300].splitlines()[0], flush=True)
+
+gap = {GAP} * " "
+refused(lambda: parse_unit("Nparameterambient_temperature_of_the_room [degC"))
+refused(lambda: quantity("1" + gap + "x\\ny", "s", "stop_time"))
+header = "a" + gap + {GAP} * "(" + "x)"
+print(len(name_and_unit(header)), flush=True)
+print(len(list(with_suffix(header))), flush=True)
+"""
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_it_is_refused_at_once(case: str) -> None:
+def test_it_is_refused_or_read_at_once() -> None:
     """In another process, for a search that tries every way does not let itself be stopped."""
-    module, call = CASES[case]
-    name = call.replace("list(", "").partition("(")[0]
-    script = (
-        "from warmlink.fmus.errors import InputError\n"
-        f"from warmlink.orchestration.{module} import {name}\n"
-        f"GAP = ' ' * {len(GAP)}\n"
-        f"try:\n    {call}\nexcept InputError as fault:\n    print(str(fault)[:300])\n"
-    )
     done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, timeout=20, check=True
+        [sys.executable, "-c", ASKED], capture_output=True, text=True, timeout=20, check=True
     )
-    assert "is no" in done.stdout
-
-
-@pytest.mark.parametrize("function", ["name_and_unit", "with_suffix"])
-def test_a_header_is_read_at_once(function: str) -> None:
-    script = (
-        f"from warmlink.orchestration.scenarios.logged.layout import {function}\n"
-        f"print(len(list({function}('a' + {len(GAP)} * ' ' + {len(GAP)} * '(' + 'x)'))))"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, timeout=20, check=True
-    )
-    assert done.stdout.strip() == {"name_and_unit": "2", "with_suffix": "0"}[function]
+    unit, value, *lengths = done.stdout.splitlines()
+    assert "is no" in unit
+    assert "is no" in value
+    assert lengths == ["2", "0"]
 
 
 def test_a_long_header_without_rows_is_refused_in_few_words(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from warmlink.fmus.errors import InputError
@@ -97,6 +97,7 @@ def test_what_is_no_unit_is_named(name: str) -> None:
         parse_unit(name)
 
 
+@settings(max_examples=50)
 @given(st.text(max_size=12))
 def test_any_text_is_a_unit_or_named(name: str) -> None:
     try:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from warmlink.controllers.interface import compensator, error_parameters, error_std, law_outputs
+from warmlink.fmus.catalogue import Entry
+from warmlink.fmus.component import Component, Record, State, Values
+from warmlink.fmus.component.arithmetic import Number, finite, where
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.fmus.packaging.views import flagged
-from warmlink.orchestration.catalogue import components, entries
+from warmlink.orchestration.catalogue import components
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.read import is_ours
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
@@ -24,8 +27,29 @@ from warmlink.orchestration.products.build import build
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.write import write_ssp
 
-LAW = "ObserverDriftCompensator"
-WITH_READINGS = ("TemperatureSensors", "DriftCamera", LAW)
+
+class SmallLaw:
+    """Growth by two thermometers and the camera, as far as there are readings; it is soon compiled."""
+
+    @staticmethod
+    def begin(u: Record, p: Record) -> Values:
+        return {"estimate": 0.0}
+
+    @staticmethod
+    def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
+        temperatures = (u.shaft_temperature, u.base_temperature)
+        terms = [*(4e-6 * (each - u.ambient_temperature) for each in temperatures), u.measured_drift]
+        return {"estimate": sum(where(finite(each), each, 0.0) for each in terms)}
+
+    @staticmethod
+    def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
+        return law_outputs(x.estimate, error_std(x.estimate, p), p)
+
+
+LAW = compensator(
+    "SmallLaw", str(SmallLaw.__doc__), SmallLaw, error_parameters(5e-6), [State("estimate", "m")]
+)
+WITH_READINGS = [components()["TemperatureSensors"], components()["DriftCamera"], LAW]
 DROPOUTS: Mapping[str, Mapping[str, float | int]] = {
     "sensors": {"fault_kind[1]": 4, "fault_time[1]": 60.0, "fault_kind[5]": 4, "noise[3]": 0.05},
     "camera": {"fault_kind": 4, "fault_time": 100.0},
@@ -33,18 +57,20 @@ DROPOUTS: Mapping[str, Mapping[str, float | int]] = {
 
 
 @pytest.fixture(scope="module")
-def plain() -> dict[str, Path]:
-    return FmuStore("native").files(set(WARMUP_CELL.parts_with(LAW).values()))
+def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    shipped = FmuStore("native").files({kind for kind in WARMUP_CELL.parts.values() if kind})
+    return shipped | built([LAW], tmp_path_factory.mktemp("plain"))
 
 
 @pytest.fixture(scope="module")
 def told(plain: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """The same FMUs with flags."""
-    changed = [
-        replace(entries()[name], component=flagged(entries()[name].component)) for name in WITH_READINGS
-    ]
-    built = build_native_fmus(changed, tmp_path_factory.mktemp("flags"))
-    return plain | {path.stem: path for path in built}
+    return plain | built(map(flagged, WITH_READINGS), tmp_path_factory.mktemp("flags"))
+
+
+def built(chosen: Iterable[Component], folder: Path) -> dict[str, Path]:
+    home = "warmlink.orchestration.machine.machine"
+    return {path.stem: path for path in build_native_fmus([Entry(each, home) for each in chosen], folder)}
 
 
 @pytest.mark.slow
@@ -54,7 +80,7 @@ def test_the_cell_with_flags_does_what_the_cell_with_nan_does(
     runs = []
     for name, fmus in (("plain", plain), ("told", told)):
         path = tmp_path / f"{name}.ssp"
-        write_ssp(WARMUP_CELL.system(fmus, LAW, DROPOUTS), path)
+        write_ssp(WARMUP_CELL.system(fmus, LAW.name, DROPOUTS), path)
         runs.append(simulate(read_system(path, tmp_path / name), 200.0, 1.0, GaussSeidel()))
     with_nan, with_flags = runs
     for name in ("compensator.correction", "compensator.ready", "link.elongation"):
@@ -74,18 +100,17 @@ def test_the_cell_with_flags_does_what_the_cell_with_nan_does(
 
 def test_a_system_with_ports_shows_its_flags(told: dict[str, Path], tmp_path: Path) -> None:
     path = tmp_path / "ports.ssp"
-    write_ssp(WARMUP_CELL.system(told, LAW), path, WARMUP_CELL.ports)
+    write_ssp(WARMUP_CELL.system(told, LAW.name), path, WARMUP_CELL.ports)
     text = zipfile.ZipFile(path).read("SystemStructure.ssd").decode()
     assert 'name="reading_valid[8]" kind="output"' in text
 
 
 def test_a_joined_cell_has_the_flags_of_its_parts() -> None:
-    law = components()[LAW]
     early = {
         "sensors": {**DROPOUTS["sensors"], "fault_time[1]": 20.0},
         "camera": {**DROPOUTS["camera"], "fault_time": 40.0},
     }
-    cell = WARMUP_CELL.joined(law, early)
+    cell = WARMUP_CELL.joined(LAW, early)
     assert flagged(cell).default_stop_time == cell.default_stop_time
     found: dict[str, list[float]] = {}
     for each in (cell, flagged(cell)):
@@ -109,9 +134,9 @@ def test_a_joined_cell_has_the_flags_of_its_parts() -> None:
 def test_fmus_with_flags_are_not_taken_for_those_without(
     plain: dict[str, Path], told: dict[str, Path]
 ) -> None:
-    for name in WITH_READINGS:
-        assert is_ours(plain[name], components()[name])
-        assert not is_ours(told[name], components()[name])
+    for each in WITH_READINGS:
+        assert is_ours(plain[each.name], each)
+        assert not is_ours(told[each.name], each)
 
 
 @pytest.mark.parametrize(("fmus", "scenario"), [("all", None), ("native", "cell.toml")])
