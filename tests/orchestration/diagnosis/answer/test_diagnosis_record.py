@@ -106,11 +106,8 @@ def test_what_the_machine_may_have_done_in_a_pause_of_the_log_is_no_error(
     assert told not in summary(named)
     monkeypatch.setattr(Run, "pauses", np.array([3]))
     assert told in summary(named).splitlines()[2]
-    monkeypatch.setattr(Diagnosis, "verdict_and_reason", ("adequate", ""))
-    assert (
-        summary(replace(named)).splitlines()[1]
-        == f"Nothing is wrong beyond the{told}: the model is adequate."
-    )
+    adequate = changed(named, verdict_and_reason=("adequate", ""))
+    assert summary(adequate).splitlines()[1] == f"Nothing is wrong beyond the{told}: the model is adequate."
 
 
 def test_columns_that_look_like_something_else_stand_before_the_causes(named: Diagnosis) -> None:
