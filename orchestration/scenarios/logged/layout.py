@@ -177,8 +177,10 @@ def _spread(text: str) -> list[str]:
 
 def separator_of(name: str, lines: Sequence[str]) -> tuple[str, int]:
     """The separator by which most lines fall into single values, and the number of cells in a row."""
-    best, chosen, width = 0.0, "", 0
+    best, chosen, width, text = 0.0, "", 0, "\n".join(lines)
     for separator in SEPARATORS:
+        if separator != " " and separator not in text:  # spaces stand for tabs as well
+            continue
         rows = [split(line, separator) for line in lines]
         usual = most_common([len(cells) for cells in rows])
         if usual < 2:
