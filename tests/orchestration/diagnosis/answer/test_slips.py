@@ -72,11 +72,10 @@ def test_a_log_of_uneven_rows_has_no_slip(tmp_path: Path) -> None:
     assert slips(read([logged_file(tmp_path, {}, logger, 3)])) == Slips()
 
 
-def test_torque_that_was_not_logged_comes_first_and_no_experiment_is_proposed(
-    sound: Columns, tmp_path: Path
-) -> None:
-    thinned = {name: values[::3] for name, values in sound.items() if name != TORQUE}
-    found = diagnose_experiment(experiment(tmp_path, thinned))
+def test_torque_that_was_not_logged_comes_first_and_no_experiment_is_proposed(tmp_path: Path) -> None:
+    columns = hide({}, INFORMATIVE[:7], interval=20.0, seed=4)
+    del columns[TORQUE]
+    found = diagnose_experiment(experiment(tmp_path, columns))
     assert found.verdict == "unknown"
     assert summary(found).splitlines()[1].startswith("Likely slip: torque or motor.current was not logged")
     assert found.proposed is None
