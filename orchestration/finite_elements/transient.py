@@ -105,7 +105,11 @@ class Fea:
 
     def __init__(self, body: Body, displacement_order: int = 2) -> None:
         self.body, self._displacement_order = body, displacement_order
-        self.heat = HeatModel(body)
+
+    @cached_property
+    def heat(self) -> HeatModel:
+        """The heat equation, set up when first asked for."""
+        return HeatModel(self.body)
 
     @cached_property
     def elasticity(self) -> ThermoElasticity:

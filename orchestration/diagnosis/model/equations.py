@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from warmlink.fmus.component.join import part_of
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import kept, kept_before
-from warmlink.fmus.packaging.native.library import loaded, made_here
+from warmlink.fmus.packaging.native.library import loaded, made_here, processor
 from warmlink.fmus.thermal_link.equations import sensor_positions
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.machine.rig import OFFSET, PLACE, SCALE, Rig
@@ -144,7 +144,7 @@ class Equations:
     def _loaded(self, contents: Callable[[str, object], bytes | None]) -> ctypes.CDLL | None:
         """A compiled library; None where nothing compiles here, or may be loaded from a file."""
         try:
-            library = contents("steps", (*made_here(), self._sources))
+            library = contents("steps", (*made_here(), processor()[1], self._sources))
             return None if library is None else loaded(library)
         except (InputError, OSError):
             return None
@@ -152,7 +152,8 @@ class Equations:
     def _built(self) -> bytes:
         from warmlink.fmus.packaging.native.compile import library_here
 
-        return library_here(self._sources, "steps", "-O1")  # compiled in half the time, and as fast
+        # With -O1 it is compiled in half the time, and as fast.
+        return library_here(self._sources, "steps", "-O1", level=processor()[1])
 
     def observe(self, x: Array, z: Array, p: Array, w: Array, time: Array) -> tuple[Array, Array, Array]:
         """Outputs at many points.

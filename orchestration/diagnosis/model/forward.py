@@ -112,17 +112,18 @@ class Forward(Simulation):
         x, _ = self.equations.begin(z, self._p, self._table[:, 0])
         course = Integrator(self.equations, z, self._p)
         logged = course(steps, x[:, None])
-        tables = [np.zeros((*each.shape[:2], 1 + rows.size * parts)) for each in logged]
+        tables = [np.zeros((1 + rows.size * parts, *each.shape[:2])) for each in logged]
         for table, each in zip(tables, logged, strict=True):
-            table[:, :, :1] = each
+            table[0] = each[:, :, 0]
         for column, (k, part) in enumerate(product(range(rows.size), range(parts)), 1):
             begin, end = at[parts - 1 - part, k], at[parts, k]
             now = course(steps.part(begin, end).on(self._table[:, rows[k]]), logged[0][begin])
             after = course(steps.part(end, last), now[0][-1])
             joined = map(np.concatenate, zip((now[0][:-1], *now[1:]), after, strict=True))
-            for table, each, other in zip(tables, logged, joined, strict=True):
-                table[begin:, :, column] = (other - each[begin:])[:, :, 0]
-        values, slopes, changes, _ = self._interpolated(z, steps, self._drawn(steps, *tables), times)
+            for table, other in zip(tables, joined, strict=True):
+                np.subtract(other[:, :, 0], table[0, begin:], out=table[column, begin:])
+        courses = self._drawn(steps, *(np.ascontiguousarray(np.moveaxis(each, 0, 2)) for each in tables))
+        values, slopes, changes, _ = self._interpolated(z, steps, courses, times)
         each_part = np.diff(changes.reshape(*values.shape, rows.size, parts), axis=3, prepend=0.0)
         return SimulatedRun(values, slopes, each_part.reshape(*values.shape, -1))
 

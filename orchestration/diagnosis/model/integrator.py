@@ -148,10 +148,20 @@ class Integrator:
         states = np.empty((*steps.time.shape, *table))
         left, right = np.empty((2, len(steps.begins) - 1, *table))
         states[..., 0, :, :] = begun
-        library = self._equations.library(steps.evaluations)
-        kind = _OnCasadi if library is None else partial(_InC, library)
-        kind(*self._of)(steps, states.reshape(-1, *table), left, right)
+        compiled = self._equations.library(steps.evaluations) is not None
+        fill = self._in_c if compiled else self._on_casadi
+        fill(steps, states.reshape(-1, *table), left, right)
         return states, left, right
+
+    @cached_property
+    def _on_casadi(self) -> _OnCasadi:
+        return _OnCasadi(*self._of)
+
+    @cached_property
+    def _in_c(self) -> _InC:
+        library = self._equations.library()
+        assert library is not None
+        return _InC(library, *self._of)
 
 
 class _OnCasadi:

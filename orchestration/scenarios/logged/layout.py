@@ -29,6 +29,8 @@ _CLOCK = re.compile(r"[\d./-]*[T ]?\d{1,2}:\d{2}.*|\d{1,4}[-./]\d{1,2}[-./]\d{1,
 COUNT = re.compile(rf"(?:{NUMBER.pattern})\s*(us|ms|s|sec|min|h)")
 """A time with its unit behind it."""
 
+_VALUE = re.compile("|".join(f"(?:{form.pattern})" for form in (NUMBER, _CLOCK, COUNT)))
+
 Headers = tuple[list[str], list[str | None]]
 """Headers of the columns, and units from a row of their own."""
 
@@ -155,11 +157,12 @@ def text_layout(
     head = text[:100_000].split("\n")[: 2 * SAMPLED]
     sample = [line for line in (*head[SAMPLED // 2 :], *head, *_spread(text)) if line.strip()]
     separator, width = (separator, 0) if separator else separator_of(name, sample)
-    width = width or most_common([len(split(line, separator)) for line in sample])
-    rows = {i: split(line, separator) for i, line in enumerate(head) if line.strip()}
+    cells_of = {line: split(line, separator) for line in sample}
+    width = width or most_common([len(cells_of[line]) for line in sample])
+    rows = {i: cells_of[line] for i, line in enumerate(head) if line.strip()}
     commented = [split(line.lstrip("#%/ \t"), separator) for line in comments[:SAMPLED]]
     found, first = headers_of(name, rows, width, names, commented)
-    mark = decimal or decimal_of([cell for line in sample for cell in split(line, separator)])
+    mark = decimal or decimal_of([cell for line in sample for cell in cells_of[line]])
     if '"' in text:
         refuse_open_quotes(name, text, separator)
     return TextLayout(found, separator, mark, first, max(width, len(found[0])))
@@ -174,15 +177,19 @@ def _spread(text: str) -> list[str]:
 
 def separator_of(name: str, lines: Sequence[str]) -> tuple[str, int]:
     """The separator by which most lines fall into single values, and the number of cells in a row."""
-    best, chosen, width = 0.0, "", 0
+    best, chosen, width, text = 0.0, "", 0, "\n".join(lines)
     for separator in SEPARATORS:
+        if separator != " " and separator not in text:  # spaces stand for tabs as well
+            continue
         rows = [split(line, separator) for line in lines]
         usual = most_common([len(cells) for cells in rows])
+        if usual < 2:
+            continue
         fitting = (cell for cells in rows if len(cells) == usual for cell in cells)
         # Cells that are empty, a number, a time or a word, rather than several of them in one.
         single = sum(not cell or is_value(cell) or cell.isalpha() for cell in fitting)
         whole = single / max(usual * len(lines), 1)
-        if usual > 1 and whole > best + 0.02:
+        if whole > best + 0.02:
             best, chosen, width = whole, separator, usual
     if width:
         return chosen, width
@@ -225,7 +232,7 @@ def refuse_open_quotes(name: str, text: str, separator: str) -> None:
 
 def is_value(cell: str) -> bool:
     """Whether a cell holds a number, a time or a date."""
-    return any(form.fullmatch(cell) for form in (NUMBER, _CLOCK, COUNT))
+    return _VALUE.fullmatch(cell) is not None
 
 
 def most_common(counts: Sequence[int]) -> int:

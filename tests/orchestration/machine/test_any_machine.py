@@ -155,7 +155,7 @@ PAINT = FREES.format(name="paint", variable="column.emissivity", between="[0, 1]
 def test_a_gantry_with_a_riddle_is_told_what_to_do_next(tmp_path: Path) -> None:
     """At one speed two kinds of friction are alike; another speed tells them apart."""
     hidden = ("x_motor.coulomb_friction", 2.5)
-    found = diagnosed(tmp_path, "gantry", hidden, GANTRY_COLUMNS, ALIKE, "continuous").diagnosis
+    found = diagnosed(tmp_path, "gantry", hidden, GANTRY_COLUMNS, JOINT + ALIKE, "continuous").diagnosis
     assert found.verdict == "ambiguous"
     assert {item for each in found.ambiguous for item in each} == {"coulomb", "viscous"}
     proposed = found.proposed

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,12 @@ import warmlink as wl
 from benchmarks.strange_machine import Machine, training
 from tests.command import exit_code
 from tests.shared_data import given
+from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.replay.compare import replayed
+from warmlink.orchestration.catalogue import controllers
+from warmlink.orchestration.replay.compare import replay_figures, replayed
 from warmlink.orchestration.replay.learn import LearntLaw, learnt_law
+from warmlink.orchestration.replay.logs import MeasuredLog, read_logs
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 
 
@@ -184,17 +188,24 @@ def test_a_slow_log_teaches_too() -> None:
     )
 
 
+@cache
+def strangers(name: str) -> tuple[pd.DataFrame, list[MeasuredLog]]:
+    """What a machine teaches, and the logs that it is judged on."""
+    folder = given("machine")
+    training = folder / f"{name}_training.parquet"
+    return pd.read_parquet(training), read_logs(sorted(set(folder.glob(f"{name}_*")) - {training}))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("minutes", "removed", "rms"), [(300, 98.6, 0.8), (30, 97.5, 1.2)])
 def test_a_strangers_machines_are_learnt(minutes: int, removed: float, rms: float) -> None:
     """Logs of a plant that shares nothing with this project's: the issue's bounds."""
-    folder = given("machine")
-    figures = []
-    for name in ("machine1", "machine2"):
-        taught = pd.read_parquet(folder / f"{name}_training.parquet")
-        others = sorted(set(folder.glob(f"{name}_*")) - {folder / f"{name}_training.parquet"})
-        found = replayed(others, ["regression"], learn=[taught[taught["time [s]"] <= 60 * minutes]])
-        figures += list(found.rows.values())
+    law, figures = controllers()["regression"], []
+    for taught, others in map(strangers, ("machine1", "machine2")):
+        values = learnt_law([taught[taught["time [s]"] <= 60 * minutes]]).parameters
+        own = {name.partition(".")[2]: value for name, value in values.items()}
+        learnt = replace(law, parameters=with_scalars(law.parameters, own))
+        figures += [replay_figures(learnt, each, 5e-6) for each in others]
     assert np.median([each.removed_percent for each in figures if each.removed_percent]) >= removed
     assert np.median([each.rms_um for each in figures]) <= rms
     assert max(each.worst_um for each in figures) <= 10

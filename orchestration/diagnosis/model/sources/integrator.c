@@ -44,17 +44,24 @@ typedef struct {
     int64_t *pivots;
 } Work;
 
-static void add(double *to, const double *each, double share, int64_t count)
+static inline void add(double *to, const double *each, double share, int64_t count)
 {
     for (int64_t i = 0; i < count; i++)
         to[i] += share * each[i];
 }
 
-/* Slopes of states and sensitivities at a time, averaged over the inputs that act in a step. */
-static void slopes_at(
-    const System *system, Work *work, const Steps *steps, int64_t step, double time, const double *at, double *slopes)
+/* A function whose loops over columns are compiled twice: for any number of them, and for states alone. */
+#if defined(__GNUC__)
+#define FOR_COLUMNS static inline __attribute__((always_inline))
+#else
+#define FOR_COLUMNS static inline
+#endif
+
+FOR_COLUMNS void slopes_of(
+    const System *system, Work *work, const Steps *steps, int64_t step, double time, const double *at, double *slopes,
+    int64_t m)
 {
-    int64_t n = system->states, m = system->columns;
+    int64_t n = system->states;
     int64_t entries = system->jacobian_rows[n], slot_entries = system->slot_rows[n];
     for (int64_t i = 0; i < n; i++)
         work->at[i] = at[i * m];
@@ -96,6 +103,16 @@ static void slopes_at(
                 column[1] += later * work->mean_by_slot[k];
         }
     }
+}
+
+/* Slopes of states and sensitivities at a time, averaged over the inputs that act in a step. */
+static void slopes_at(
+    const System *system, Work *work, const Steps *steps, int64_t step, double time, const double *at, double *slopes)
+{
+    if (system->columns == 1)
+        slopes_of(system, work, steps, step, time, at, slopes, 1);
+    else
+        slopes_of(system, work, steps, step, time, at, slopes, system->columns);
 }
 
 /* Where the Jacobian has entries; exchanges of rows move those above the diagonal further out. */
@@ -150,8 +167,7 @@ static void factorise(const System *system, Band band, Work *work, double scale)
     }
 }
 
-/* Solution for `columns` columns, in place of the right-hand side. */
-static void solve(const System *system, Band band, const Work *work, double *right, int64_t columns)
+FOR_COLUMNS void solution_of(const System *system, Band band, const Work *work, double *right, int64_t columns)
 {
     int64_t n = system->states;
     for (int64_t j = 0; j < n; j++) {
@@ -173,6 +189,15 @@ static void solve(const System *system, Band band, const Work *work, double *rig
         for (int64_t c = 0; c < columns; c++)
             right[i * columns + c] /= work->matrix[i * n + i];
     }
+}
+
+/* Solution for all columns, in place of the right-hand side. */
+static void solve(const System *system, Band band, const Work *work, double *right)
+{
+    if (system->columns == 1)
+        solution_of(system, band, work, right, 1);
+    else
+        solution_of(system, band, work, right, system->columns);
 }
 
 /* Numbers of a buffer, one after another; the first call counts them. */
@@ -238,12 +263,12 @@ __attribute__((visibility("default"))) int integrate(
             memcpy(right + (k - 1) * size, slopes, size * sizeof(double));
         factorise(system, band, &work, gamma * length);
         memcpy(work.first, slopes, size * sizeof(double));
-        solve(system, band, &work, work.first, system->columns);
+        solve(system, band, &work, work.first);
         for (int64_t i = 0; i < size; i++)
             work.ahead[i] = at[i] + length * work.first[i];
         slopes_at(system, &work, steps, k, end, work.ahead, work.second);
         add(work.second, work.first, -2.0, size);
-        solve(system, band, &work, work.second, system->columns);
+        solve(system, band, &work, work.second);
         for (int64_t i = 0; i < size; i++)
             after[i] = at[i] + length * (1.5 * work.first[i] + 0.5 * work.second[i]);
         if (k + 1 == count || !follows(steps, k + 1, together))

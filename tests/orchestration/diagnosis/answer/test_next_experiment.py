@@ -19,9 +19,9 @@ from warmlink.orchestration.diagnosis.answer.next_experiment import (
     next_experiment,
 )
 from warmlink.orchestration.diagnosis.answer.separation import DUTIES, chances, indistinguishable, run_of
-from warmlink.orchestration.diagnosis.data.experiment import read_experiment, read_runs, together
+from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_experiment, read_runs, together
 from warmlink.orchestration.diagnosis.diagnose import DUTY, SCENARIO, write_next
-from warmlink.orchestration.diagnosis.fit.verdict import assess
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
 from warmlink.orchestration.diagnosis.practice.hide import STILL, duty_of, hide, write_csv
 from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
@@ -57,24 +57,34 @@ def written(folder: Path, name: str, columns: dict[str, np.ndarray]) -> Path:
     return path
 
 
+HIDDEN = {"still_air_convection": 1.2}
+
+
+@pytest.fixture(scope="module")
+def at_rest(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Experiment, Assessment]:
+    """An hour in which the machine cools, and what is found in it."""
+    path = written(tmp_path_factory.mktemp("rest"), "first", hide(HIDDEN, STILL, seed=2))
+    experiment = read_experiment(path)
+    return path, experiment, assess(experiment)
+
+
 @pytest.mark.slow
-def test_carried_out_it_names_what_an_hour_at_rest_left_open(tmp_path: Path) -> None:
-    hidden = {"still_air_convection": 1.2}
-    first = written(tmp_path, "first", hide(hidden, STILL, seed=2))
-    experiment = read_experiment(first)
-    found = assess(experiment)
+def test_carried_out_it_names_what_an_hour_at_rest_left_open(
+    at_rest: tuple[Path, Experiment, Assessment], tmp_path: Path
+) -> None:
+    first, experiment, found = at_rest
     assert found.word == "ambiguous"
     proposed = next_experiment(found, experiment)
     assert proposed is not None
     assert 0 < length(proposed.duty) <= LONGEST
     assert proposed.expected_chance > 0.9
     write_next(proposed, experiment.rig, experiment.known, tmp_path)
-    second = written(tmp_path, "second", hide(hidden, duty_of(str(tmp_path / SCENARIO)), seed=3))
+    second = written(tmp_path, "second", hide(HIDDEN, duty_of(str(tmp_path / SCENARIO)), seed=3))
     both = read_runs([first, second])
     assert [run.name for run in both.runs] == ["first", "second"]
     again = assess(both)
     assert again.word == "named"
-    assert again.best.key == set(hidden)
+    assert again.best.key == set(HIDDEN)
 
 
 def test_runs_are_joined_whatever_their_columns_and_names(tmp_path: Path) -> None:
@@ -115,7 +125,7 @@ labels = {fan = "off"}
 def test_runs_with_labels_lead_to_a_next_one(tmp_path: Path) -> None:
     """Also where a label is given of one run alone."""
     for seed, name in enumerate(("on", "off")):
-        written(tmp_path, name, hide({"still_air_convection": 1.2}, STILL, seed=seed))
+        written(tmp_path, name, hide(HIDDEN, STILL, seed=seed))
     (tmp_path / "lab.toml").write_text(LABELLED)
     experiment = read_experiment(tmp_path / "lab.toml")
     found = assess(experiment)
@@ -130,9 +140,10 @@ def test_runs_with_labels_lead_to_a_next_one(tmp_path: Path) -> None:
     }
 
 
-def test_a_next_run_starts_cold_where_others_start_from_what_was_measured(tmp_path: Path) -> None:
-    experiment = read_experiment(written(tmp_path, "run", hide({"still_air_convection": 1.2}, STILL, seed=2)))
-    found = assess(experiment)
+def test_a_next_run_starts_cold_where_others_start_from_what_was_measured(
+    at_rest: tuple[Path, Experiment, Assessment],
+) -> None:
+    _, experiment, found = at_rest
     nominal, measured = (
         next_experiment(found, replace(experiment, initial_measured=given)) for given in (False, True)
     )

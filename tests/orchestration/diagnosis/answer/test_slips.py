@@ -16,7 +16,7 @@ from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import read_run
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
-from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, hide, write_csv
 from warmlink.orchestration.machine.rig import rig
 
 Columns = dict[str, np.ndarray]
@@ -63,7 +63,8 @@ def test_a_sound_log_has_no_slip(effect: str, tmp_path: Path) -> None:
     """Whatever is wrong with the cell."""
     name = effect if not effect or not EFFECTS[effect].per_channel else f"{effect}:tip_temperature"
     hidden = {name: EFFECTS[effect].size} if effect else {}
-    assert slips(experiment(tmp_path, hide(hidden, seed=len(effect), interval=15.0))) == Slips()
+    columns = hide(hidden, INFORMATIVE[:6], seed=len(effect), interval=15.0)
+    assert slips(experiment(tmp_path, columns)) == Slips()
 
 
 def test_a_log_of_uneven_rows_has_no_slip(tmp_path: Path) -> None:
@@ -71,11 +72,10 @@ def test_a_log_of_uneven_rows_has_no_slip(tmp_path: Path) -> None:
     assert slips(read([logged_file(tmp_path, {}, logger, 3)])) == Slips()
 
 
-def test_torque_that_was_not_logged_comes_first_and_no_experiment_is_proposed(
-    sound: Columns, tmp_path: Path
-) -> None:
-    thinned = {name: values[::3] for name, values in sound.items() if name != TORQUE}
-    found = diagnose_experiment(experiment(tmp_path, thinned))
+def test_torque_that_was_not_logged_comes_first_and_no_experiment_is_proposed(tmp_path: Path) -> None:
+    columns = hide({}, INFORMATIVE[:7], interval=20.0, seed=4)
+    del columns[TORQUE]
+    found = diagnose_experiment(experiment(tmp_path, columns))
     assert found.verdict == "unknown"
     assert summary(found).splitlines()[1].startswith("Likely slip: torque or motor.current was not logged")
     assert found.proposed is None

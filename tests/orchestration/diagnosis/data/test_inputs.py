@@ -18,6 +18,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run, condensed
 from warmlink.orchestration.diagnosis.data.options import read_options
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.model.simulation import input_table
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
 from warmlink.orchestration.machine.rig import rig
@@ -231,7 +232,7 @@ def test_another_nominal_is_where_the_diagnosis_starts_from(tmp_path: Path, whol
     """A cell of half the convection, said so, is adequate; and the extended model has it."""
     columns = hide({"still_air_convection": 0.5}, STILL, seed=2)
     path = written(tmp_path, columns)
-    assert diagnose_experiment(read([path])).verdict != "adequate"
+    assert assess(read([path])).word != "adequate"
     found = diagnose_experiment(read([path], settings={"link.convection_still": "2.275 W/(m2.K)"}))
     assert found.verdict == "adequate"
     files = write_diagnosis(found, tmp_path / "out")

@@ -1,13 +1,13 @@
 """The steps of a run in C and on CasADi's machine: the same numbers, and when which of them serves."""
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.orchestration.diagnosis.loggers import Logger, logged_run
+from tests.orchestration.diagnosis.loggers import HALF, PADDED, Logger, logged_run
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.compile import PLATFORMS, compilers
 from warmlink.orchestration.arrays import Array
@@ -17,24 +17,27 @@ from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.steps import SEARCH
 from warmlink.orchestration.machine.rig import rig
+from warmlink.orchestration.scenarios.duties.duty import Segment
 
 SLOTS = ("link.emissivity", "motor.coulomb_friction", "link.ambient_temperature", "motor.ambient_temperature")
 OUTPUTS = ("motor.shaft_temperature", "link.tip_temperature")
 ROOM = Courses(((2, 3),), np.linspace(0.0, 7200.0, 9))
 
 
-def simulated(slots: tuple[str, ...] = SLOTS, derivatives: bool = True) -> tuple[Equations, list[Array]]:
+def simulated(
+    slots: tuple[str, ...] = SLOTS, derivatives: bool = True, duty: Sequence[Segment] = HALF
+) -> tuple[Equations, list[Array]]:
     """Outputs, and their derivatives by slot, by a room that wanders, and by when inputs change.
 
     The inputs change in many steps.
     """
     compiled = Equations(rig("WarmupCell", 10), slots, OUTPUTS, derivatives)
-    run = logged_run(Logger(interval=8.0, jitter=3.0, room=0.8, pad_noise=0.1), seed=3)
+    run = logged_run(Logger(interval=8.0, jitter=3.0, room=0.8, pad_noise=0.1), seed=3, duty=duty)
     forward = Forward(compiled, run, {}, SEARCH)
     z = forward.start_values()
     course = forward(z, run.time)
     room = forward.responses(z, run.time, ROOM) if derivatives and slots else np.zeros(0)
-    sooner = forward.sooner(z, run.time, np.arange(40, 400, 40), 2)
+    sooner = forward.sooner(z, run.time, np.arange(40, 360, 40), 2)
     return compiled, [course.values, course.by_slot, room, sooner.by_slot]
 
 
@@ -70,7 +73,7 @@ def test_what_was_compiled_before_serves_at_once(tmp_path: Path, monkeypatch: py
 def test_a_long_course_is_compiled_before_it_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All of it went through CasADi's machine, which counted afterwards how much that had been."""
     monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path))
-    compiled, _ = simulated()
+    compiled, _ = simulated(duty=PADDED)
     if compiled.library() is None:
         pytest.skip("there is no C compiler")
     assert compiled.taken < module._PAYS_FROM

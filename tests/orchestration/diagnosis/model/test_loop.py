@@ -30,6 +30,7 @@ from warmlink.orchestration.diagnosis.causes.declared import read_causes
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, calibrating
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.model import driven, loop
 from warmlink.orchestration.machine.heat_paths import with_paths
 from warmlink.orchestration.master.recording.result import Result
@@ -159,10 +160,10 @@ def test_a_value_that_is_no_number_stays_where_it_is(folder: Path, monkeypatch: 
 
 
 def test_in_a_loop_the_same_cause_is_named(folder: Path) -> None:
-    found = [diagnose_experiment(said(folder, more)) for more in ("", "in_loop = true")]
-    assert [each.verdict for each in found] == ["named", "named"]
-    assert [each.assessment.best.name for each in found] == ["tube", "tube"]
-    joined, looped = (each.assessment.best for each in found)
+    found = [assess(said(folder, more)) for more in ("", "in_loop = true")]
+    assert [each.word for each in found] == ["named", "named"]
+    joined, looped = (each.best for each in found)
+    assert (joined.name, looped.name) == ("tube", "tube")
     assert looped.theta[0] == pytest.approx(joined.theta[0], abs=0.1 * np.sqrt(joined.covariance()[0, 0]))
     assert looped.covariance()[0, 0] == pytest.approx(joined.covariance()[0, 0], rel=0.05)
 
