@@ -97,7 +97,7 @@ class _Doubts:
         for name, value in given.items():
             changed[self._problem.slots.index(name)] = value
         try:
-            return self._problem.predict(self._run, changed)[0][:, self._there]
+            return self._problem.predict(self._run, changed, ())[0][:, self._there]
         except NotSimulatedError:
             return np.full(self._measured.shape, np.inf)
 

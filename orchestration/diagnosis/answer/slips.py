@@ -163,7 +163,7 @@ class _Look:
             for i, z in enumerate(self._values):
                 working = z.copy()
                 working[slot] = self._sizes[name]
-                change = self._problem.predict(i, working)[0] - self._predicted[i][0]
+                change = self._problem.predict(i, working, ())[0] - self._predicted[i][0]
                 shows = max(shows, float(np.nanmax(np.abs(change) / self._problem.floors)))
             if shows > _SHOWS:
                 yield sentence

@@ -62,7 +62,7 @@ class Wrong:
 def residuals_of(problem: Problem, fit: Fit) -> list[Array]:
     """Measured minus simulated by run, shape (rows, outputs)."""
     values = enumerate(problem.values_by_run(fit.freed, fit.theta))
-    return [problem.data[run].readings - problem.predict(run, z)[0] for run, z in values]
+    return [problem.data[run].readings - problem.predict(run, z, ())[0] for run, z in values]
 
 
 def what_is_wrong(fitter: Fitter, fit: Fit) -> dict[str, Wrong]:

@@ -28,6 +28,9 @@ _BEYOND = 10.8
 _SMALL, _SHARE = 0.2, 1e-3
 """Decrease of chi-square below which a fit has converged: absolute, or as a share of chi-square."""
 
+_SETTLED = 5.0
+"""Decrease of chi-square from which on a step that does as it promised is the last one."""
+
 _NOTHING = 1e-9
 """Change of all residuals together, in standard deviations, that is one of rounding alone."""
 
@@ -205,18 +208,22 @@ class Fitter:
             white = smoothing(white)
         return white
 
-    def whitened(self, freed: Numbers, theta: Array) -> list[Array]:
-        """Whitened residual of each run, beside it the derivatives by slot, channel after channel."""
+    def whitened(self, freed: Numbers, theta: Array, every: bool = False) -> list[Array]:
+        """Whitened residual of each run, beside it the derivatives by slot, channel after channel.
+
+        They are by the slots of the freed numbers, the others' 0, or else by every slot.
+        """
         result = []
         for run, data in enumerate(self.problem.data):
-            values, by_slot = self.problem.predict(run, self.problem.values(run, freed, theta))
+            z = self.problem.values(run, freed, theta)
+            values, by_slot = self.problem.predict(run, z, None if every else freed)
             joined = np.concatenate([(data.readings - values)[:, :, None], by_slot], axis=2)
             result.append(self.whiten(run, self.stacked(run, joined)))
         return result
 
-    def at(self, freed: Numbers, theta: Array) -> FitPoint:
-        """Chi-square and its linearisation at given values."""
-        return FitPoint.of([each.T @ each for each in self.whitened(freed, theta)])
+    def at(self, freed: Numbers, theta: Array, every: bool = True) -> FitPoint:
+        """Chi-square and its linearisation at given values, by every slot or those of the freed numbers."""
+        return FitPoint.of([each.T @ each for each in self.whitened(freed, theta, every)])
 
     def fit(
         self, items: Sequence[Item], start: dict[FreeNumber, float] | None = None, worth: float = np.inf
@@ -230,9 +237,10 @@ class Fitter:
         theta = np.array([(start or {}).get(f, f.start) for f in freed])
         lower, upper, neutral = _bounds(freed)
         theta = np.clip(theta, lower, upper)
-        begun = self._tried(freed, theta)
+        every = not freed
+        begun = self._tried(freed, theta, every)
         theta = neutral if begun is None else theta
-        point = begun or self.at(freed, theta)
+        point = begun or self.at(freed, theta, every)
         evaluations, share = _MOST_EVALUATIONS if freed else 0, 1.0
         while evaluations > 0 and not self.problem.out_of_time():
             gram, gradient = of_numbers(freed, freed, point)
@@ -242,7 +250,8 @@ class Fitter:
             tried, gained, share = None, 0.0, min(1.0, 4 * share)
             while gained <= 0 and share * expected >= self._small(point) and evaluations > 0:
                 ahead = np.clip(theta + share * step, lower, upper)  # which rounding may leave
-                tried, evaluations = self._tried(freed, ahead), evaluations - 1
+                last = share == 1.0 and expected < _SETTLED
+                tried, evaluations = self._tried(freed, ahead, last), evaluations - 1
                 if tried is None:
                     share *= 0.1
                     continue
@@ -253,9 +262,11 @@ class Fitter:
                     share *= max(0.1, fall / (2 * (fall - gained)))
             if tried is None or gained <= 0:
                 break
-            theta, point = ahead, tried
-            if share == 1.0 and abs(gained - expected) < 0.02 * gained and gained < 5:
+            theta, point, every = ahead, tried, last
+            if share == 1.0 and abs(gained - expected) < 0.02 * gained and gained < _SETTLED:
                 break
+        if not every:
+            point = self.at(freed, theta)
         arrived = True
         if freed:
             theta, point, arrived = self._last_step(freed, theta, point)
@@ -274,10 +285,10 @@ class Fitter:
         """Decrease of chi-square that is not worth a simulation."""
         return max(_SMALL, _SHARE * (point.chi2 - self.count))
 
-    def _tried(self, freed: Numbers, theta: Array) -> FitPoint | None:
+    def _tried(self, freed: Numbers, theta: Array, every: bool) -> FitPoint | None:
         """Chi-square and its linearisation; None where nothing can be simulated with such values."""
         try:
-            return self.at(freed, theta)
+            return self.at(freed, theta, every)
         except NotSimulatedError:
             return None
 

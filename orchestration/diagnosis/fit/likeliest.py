@@ -48,7 +48,7 @@ class Integrated:
         fitter = search.fitter
         plain = fitter if fitter.wander.still else Fitter(fitter.problem, fitter.noise)
         self._grams = []
-        for run, joined in enumerate(plain.whitened(fit.freed, fit.theta)):
+        for run, joined in enumerate(plain.whitened(fit.freed, fit.theta, every=True)):
             columns = plain.whiten(run, plain.stacked(run, responses.columns[run]))
             self._grams.append((joined.T @ joined, columns.T @ joined, columns.T @ columns))
         self._misfits: dict[Wander, float] = {}

@@ -13,7 +13,7 @@ from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.thinning import ROW, Averaging
 from warmlink.orchestration.diagnosis.fit.algebra import root_of
-from warmlink.orchestration.diagnosis.fit.candidates import Candidates
+from warmlink.orchestration.diagnosis.fit.candidates import Candidates, FreeNumber
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.model.equations import equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
@@ -67,14 +67,21 @@ class Problem(Candidates):
         self.ended_early = self.ended_early or time.monotonic() > self._until
         return self.ended_early
 
-    def predict(self, run: int, z: Array) -> tuple[Array, Array]:
-        """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""
-        values, by_slot = self._means(self._readings, run, z)
+    def predict(self, run: int, z: Array, by: Sequence[FreeNumber] | None = None) -> tuple[Array, Array]:
+        """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots).
+
+        They are by every slot, or else by those of some numbers and 0 by the others, which takes less time.
+        """
+        wanted = None if by is None else sorted({i for f in by if run in f.runs for i in f.slots})
+        values, by_slot = (self._mean(run, each) for each in self._readings[run](z, wanted))
+        if wanted is not None:
+            found, by_slot = by_slot, np.zeros((*values.shape, z.size))
+            by_slot[:, :, wanted] = found
         return values + self._corrections[run], by_slot
 
     def finest(self, run: int, z: Array) -> Array:
         """Readings of a run without the grid's error, shape (rows, outputs)."""
-        return self._means(self._finest, run, z)[0] + self._beyond_finest[run]
+        return self._means(self._finest, run, z) + self._beyond_finest[run]
 
     @property
     def averaging(self) -> Averaging:
@@ -133,9 +140,7 @@ class Problem(Candidates):
 
     def _changes(self, finer: Sequence[Readings], values: Sequence[Array]) -> list[Array]:
         """What a finer simulation changes, by run, shape (rows, outputs) each."""
-        return [
-            self._means(finer, i, z)[0] - self._means(self._finest, i, z)[0] for i, z in enumerate(values)
-        ]
+        return [self._means(finer, i, z) - self._means(self._finest, i, z) for i, z in enumerate(values)]
 
     def refine(self, values: Sequence[Array]) -> None:
         """Take the grid's error out as it is at given values of the freed variables, slots by run.
@@ -151,7 +156,7 @@ class Problem(Candidates):
         changes = self._changes(self._halved(self._cells), values)
         self._beyond_finest = tuple(4 / 3 * change for change in changes)
         self._corrections = tuple(
-            self.finest(i, z) - self._means(self._readings, i, z)[0] for i, z in enumerate(values)
+            self.finest(i, z) - self._means(self._readings, i, z) for i, z in enumerate(values)
         )
 
     @cached_property
@@ -163,9 +168,8 @@ class Problem(Candidates):
             [_FLOORS.get(u) or max(_SHARE * (np.nanmax(r) - np.nanmin(r)), _LEAST) for u, r in read]
         )
 
-    def _means(self, readings: Sequence[Readings], run: int, z: Array) -> tuple[Array, Array]:
-        values, by_slot = readings[run](z)
-        return self._mean(run, values), self._mean(run, by_slot)
+    def _means(self, readings: Sequence[Readings], run: int, z: Array) -> Array:
+        return self._mean(run, readings[run](z, ())[0])
 
     def _mean(self, run: int, each: Array) -> Array:
         """Readings or derivatives as means over the blocks of rows that were averaged."""

@@ -44,7 +44,7 @@ def refuse_senseless(experiment: Experiment) -> None:
     def simulated(run: Run, variable: str) -> Array:
         """What a run would read as the system stands, shape (rows,)."""
         index = experiment.runs.index(run)
-        readings, _ = problem().predict(index, problem().neutral[index])
+        readings, _ = problem().predict(index, problem().neutral[index], ())
         return readings[:, problem().variables.index(variable)]
 
     read = [(run, v, each[np.isfinite(each)]) for run in experiment.runs for v, each in run.readings.items()]

@@ -154,14 +154,14 @@ class _Residuals:
         """Errors by run, NaN where not fitted, shape (rows, channels), and derivatives by numbers."""
         return [
             (error, by_number(by_slot, self._freed, run, self._freed))
-            for run, (error, by_slot) in enumerate(self._by_slot(theta))
+            for run, (error, by_slot) in enumerate(self._by_slot(theta, self._freed))
         ]
 
-    def _by_slot(self, theta: Array) -> list[tuple[Array, Array]]:
-        """The same with the derivatives by slot."""
+    def _by_slot(self, theta: Array, by: Sequence[FreeNumber] | None) -> list[tuple[Array, Array]]:
+        """The same with the derivatives by slot, as `Problem.predict` has them."""
         result = []
         for run, data in enumerate(self._problem.data):
-            values, by_slot = self._problem.predict(run, self._problem.values(run, self._freed, theta))
+            values, by_slot = self._problem.predict(run, self._problem.values(run, self._freed, theta), by)
             result.append((np.where(self._rows[run][:, None], data.readings - values, np.nan), by_slot))
         return result
 
@@ -178,7 +178,7 @@ class _Residuals:
     def point(self, theta: Array) -> FitPoint:
         """Chi-square and its linearisation at numbers in SI, the prior added to a slot of each number."""
         grams = []
-        for (error, by_slot), weight in zip(self._by_slot(theta), self._weights, strict=True):
+        for (error, by_slot), weight in zip(self._by_slot(theta, None), self._weights, strict=True):
             joined = np.concatenate([error[:, :, None], by_slot], axis=2) * weight[..., None]
             joined = joined[np.isfinite(error)]
             grams.append(joined.T @ joined)

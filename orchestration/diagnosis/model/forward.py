@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.model.equations import Equations
-from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps, each_slot
+from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps, staying
 from warmlink.orchestration.diagnosis.model.simulation import (
     NotSimulatedError,
     SimulatedRun,
@@ -47,7 +47,7 @@ class Forward(Simulation):
         starts = zip(self.rig.parameters, equations.parameter_values, strict=True)
         self._p = np.array([known.get(name, start) for name, start in starts])
         # Instruments are fitted to the same course.
-        self._kept: dict[bytes, tuple[Array, Array, Array]] = {}
+        self._kept: tuple[bytes, tuple[int, ...], _Tables] | None = None
         discrete = np.array([self.rig.variables[name].is_discrete for name in self.rig.externals], dtype=bool)
         self._levels = Levels(run.time, self._table, discrete, run.time[run.fitted][-1:])
         self._laid_for = self.start_values()
@@ -70,7 +70,7 @@ class Forward(Simulation):
             self._grid.refine(z)
         self._laid_for = z.copy()
         self.__dict__.pop("steps", None)
-        self._kept = {}
+        self._kept = None
 
     @property
     def time(self) -> Array:
@@ -89,13 +89,23 @@ class Forward(Simulation):
         own = np.abs(np.diag(np.array(self.equations.linear(begun, z, self._p, inputs, 0.0)[1])))
         return np.flatnonzero(own > _AT_ONCE * np.median(own))
 
-    def __call__(self, z: Array, times: Array) -> SimulatedRun:
+    def __call__(self, z: Array, times: Array, wanted: Sequence[int] | None = None) -> SimulatedRun:
         """Simulate; derivatives through the states and by the slots themselves."""
-        key = z.tobytes()
-        if key not in self._kept:
-            self._kept = {key: self._integrate(z)}
-        values, slopes, by_slot, direct = self._interpolated(z, self.steps, self._kept[key], times)
+        slots = tuple(range(z.size) if wanted is None else wanted) if self.equations.columns else ()
+        tables = self._course(z, slots)
+        values, slopes, by_slot, direct = self._interpolated(z, self.steps, tables, times, slots)
         return SimulatedRun(values, slopes, by_slot + direct)
+
+    def _course(self, z: Array, slots: tuple[int, ...]) -> _Tables:
+        """The course, integrated once for as long as no derivatives are asked for that it has not."""
+        if self._kept is None or self._kept[0] != z.tobytes() or not set(slots) <= set(self._kept[1]):
+            self._kept = z.tobytes(), slots, self._integrate(z, staying(slots), slots)
+        _, there, tables = self._kept
+        if there == slots:
+            return tables
+        columns = [0, *(1 + there.index(slot) for slot in slots)]
+        states, left, right = (each[:, :, columns] for each in tables)
+        return states, left, right
 
     def responses(self, z: Array, times: Array, courses: Courses) -> Array:
         """Derivatives by the courses' values; the outputs follow the courses through the states alone."""
@@ -127,16 +137,13 @@ class Forward(Simulation):
         each_part = np.diff(changes.reshape(*values.shape, rows.size, parts), axis=3, prepend=0.0)
         return SimulatedRun(values, slopes, each_part.reshape(*values.shape, -1))
 
-    def _integrate(self, z: Array, courses: Courses | None = None) -> _Tables:
+    def _integrate(self, z: Array, courses: Courses, slots: Sequence[int] = ()) -> _Tables:
         """States and sensitivities between steps, and their slopes at both ends of each step.
 
-        The sensitivities are those by the slots, or else by courses, which begin at rest.
+        The sensitivities are those by courses, which begin at rest or are the slots' own values.
         """
-        x, begun = self.equations.begin(z, self._p, self._table[:, 0])
-        if courses is None:
-            courses = each_slot(self.equations.columns)
-        else:
-            begun = np.zeros((x.size, courses.size))
+        x, by_slot = self.equations.begin(z, self._p, self._table[:, 0])
+        begun = by_slot[:, list(slots)] if slots else np.zeros((x.size, courses.size))
         step = Integrator(self.equations, z, self._p, courses)
         states, left, right = step(self.steps, np.column_stack([x, begun]))
         if not np.isfinite(states[:, :, 0]).all():
@@ -150,9 +157,9 @@ class Forward(Simulation):
         return states, left, right
 
     def _interpolated(
-        self, z: Array, steps: Steps, tables: _Tables, times: Array
+        self, z: Array, steps: Steps, tables: _Tables, times: Array, slots: Sequence[int] = ()
     ) -> tuple[Array, Array, Array, Array]:
-        """Outputs at times, their slopes, and derivatives through the states and directly by slot.
+        """Outputs at times, their slopes, and derivatives through the states and directly by some slots.
 
         Cubic Hermite in time, as the states' slopes are known at both ends.
         """
@@ -178,7 +185,8 @@ class Forward(Simulation):
         rates = -inside, inside, (1 - s) * (1 - 3 * s), s * (3 * s - 2)
         value = _weighted(hermite(s, length), ends, known)
         slope = _weighted(rates, ends, known[:, :, 0])
-        return value[:, :, 0], slope, value[:, :, 1:], _weighted((1 - s, s), ends[:, :2], direct)
+        by_slot = _weighted((1 - s, s), ends[:, :2], direct[:, :, list(slots)])
+        return value[:, :, 0], slope, value[:, :, 1:], by_slot
 
 
 def _drawn(steps: Steps, states: Array) -> tuple[Array, Array]:

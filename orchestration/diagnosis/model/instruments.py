@@ -113,22 +113,26 @@ class Readings:
         pairs = zip(loggers, outputs, strict=True)
         self._clocks = [(CLOCK, *(f"{CLOCK}:{each}" for each in pair)) for pair in pairs]
 
-    def __call__(self, z: Array) -> tuple[Array, Array]:
+    def __call__(self, z: Array, wanted: Sequence[int] | None = None) -> tuple[Array, Array]:
         """Readings and derivatives.
 
         Parameters
         ----------
         z : values of the equations' slots and of the instruments', shape (slots,)
+        wanted : slots by which derivatives are wanted, rising; all without
 
         Returns
         -------
         tuple of numpy.ndarray
-            Readings in SI, shape (times, outputs), and their derivatives, shape (times, outputs, slots).
+            Readings in SI, shape (times, outputs), and their derivatives, shape (times, outputs, wanted).
         """
-        values, through, by_fault = self._seen(z, self.forward, self.forward.time, self._around)
-        by_slot = np.zeros((*values.shape, z.size))
+        wanted = range(z.size) if wanted is None else wanted
+        inner = [i for i in wanted if i < self._inner]
+        course = partial(self.forward, wanted=inner)
+        values, through, by_fault = self._seen(z, course, self.forward.time, self._around)
+        by_slot = np.zeros((*values.shape, len(wanted)))
         by_slot[:, :, : through.shape[2]] = through
-        by_slot[:, :, self._inner :] = by_fault
+        by_slot[:, :, len(inner) :] = by_fault[:, :, [i - self._inner for i in wanted[len(inner) :]]]
         return values, by_slot
 
     def responses(self, z: Array, courses: Courses) -> Array:

@@ -8,9 +8,9 @@ own machine.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from itertools import chain, pairwise
 
 import numpy as np
@@ -92,8 +92,8 @@ class Courses:
 
     def __call__(self, by_slot: Array, time: float) -> Array:
         """Derivatives at a time by the values at the nodes, shape (n, values), from those by slot."""
-        if self is each_slot(by_slot.shape[1]):
-            return by_slot
+        if self.nodes.size == 1 and all(len(slots) == 1 for slots in self.added_to):
+            return by_slot[:, [slot for (slot,) in self.added_to]]
         at = self._hats(time)
         parts = [np.outer(by_slot[:, list(slots)].sum(axis=1), at) for slots in self.added_to]
         return np.concatenate([np.empty((len(by_slot), 0)), *parts], axis=1)
@@ -108,10 +108,9 @@ class Courses:
         return at
 
 
-@cache
-def each_slot(count: int) -> Courses:
-    """Courses that stay the same, one added to each slot."""
-    return Courses(tuple((i,) for i in range(count)), np.zeros(1))
+def staying(slots: Iterable[int]) -> Courses:
+    """Courses that stay the same, one added to each of some slots."""
+    return Courses(tuple((i,) for i in slots), np.zeros(1))
 
 
 Acting = Sequence[tuple[Array, float]]

@@ -118,13 +118,15 @@ class Loop(Simulation):
         self._at, self._answers = z.copy(), {}
         self._columns = self._by_slot(z, range(z.size if self._bounds else 0))
 
-    def __call__(self, z: Array, times: Array) -> SimulatedRun:
+    def __call__(self, z: Array, times: Array, wanted: Sequence[int] | None = None) -> SimulatedRun:
         """Simulate. Between communication points the outputs are interpolated."""
         if self._at is None:
             self.refine(z)
-        by_slot = self._columns.copy()
-        moved = np.flatnonzero(z != self._at).tolist() if self._bounds else []
-        by_slot[:, :, moved] = self._by_slot(z, moved)
+        slots = range(z.size) if wanted is None else wanted
+        there = np.array(slots if self._bounds else (), dtype=np.int64)
+        by_slot = self._columns[:, :, there]
+        moved = np.flatnonzero((z != self._at)[there])
+        by_slot[:, :, moved] = self._by_slot(z, there[moved].tolist())
         values = self._course(z)  # which the differences have left behind
         slopes = np.gradient(values, self.time, axis=0)
         return SimulatedRun(*(self._interpolated(each, times) for each in (values, slopes, by_slot)))
@@ -156,7 +158,7 @@ class Loop(Simulation):
         ended = courses([each for run in runs for each in (run, run.halved())])
         for loop, coarse, fine in zip(loops, ended[::2], ended[1::2], strict=True):
             loop._keep(z, 2 * fine[::2] - coarse)
-        found = [loop(z, times) for loop in loops]
+        found = [loop(z, times, ()) for loop in loops]
         values = np.stack([each.values for each in found], axis=2)
         changes = (values[:, :, 1:] - values[:, :, :1]).reshape(*values.shape[:2], rows.size, parts)
         each_part = np.diff(changes, axis=3, prepend=0.0)

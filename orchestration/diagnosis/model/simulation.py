@@ -30,7 +30,7 @@ class NotSimulatedError(InputError):
 class SimulatedRun:
     """True outputs at times, shape (times, outputs), before any instrument reads them, and their slopes.
 
-    `by_slot` are derivatives, shape (times, outputs, slots), or (times, outputs, 0) where none are requested.
+    `by_slot` are derivatives, shape (times, outputs, wanted), or (times, outputs, 0) where there are none.
     """
 
     values: Array
@@ -60,8 +60,11 @@ class Simulation(ABC):
         """Points between steps in s, rising."""
 
     @abstractmethod
-    def __call__(self, z: Array, times: Array) -> SimulatedRun:
-        """Simulate with values of the slots in SI, shape (slots,); times in s within the run, rising."""
+    def __call__(self, z: Array, times: Array, wanted: Sequence[int] | None = None) -> SimulatedRun:
+        """Simulate with values of the slots in SI, shape (slots,); times in s within the run, rising.
+
+        Derivatives are by the slots `wanted`, without by all of them: the fewer, the faster.
+        """
 
     @abstractmethod
     def responses(self, z: Array, times: Array, courses: Courses) -> Array:

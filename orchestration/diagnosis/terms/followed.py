@@ -67,7 +67,7 @@ class TermSignals:
     def _read(self, run: int, channel: int) -> Array:
         """A measured temperature at a run's rows, and what the model says where nothing is read."""
         data, rows = self._problem.data[run], self._problem.experiment.runs[run].time
-        simulated = self._problem.predict(run, self._values[run])[0][:, channel]
+        simulated = self._problem.predict(run, self._values[run], ())[0][:, channel]
         values = data.readings[:, channel]
         good = np.isfinite(values) & data.fitted
         off = np.interp(data.time, data.time[good], (values - simulated)[good]) if good.any() else 0.0

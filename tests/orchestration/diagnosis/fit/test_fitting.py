@@ -7,11 +7,15 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+import warmlink as wl
+from warmlink.orchestration.diagnosis.diagnose import read
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
 from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber
 from warmlink.orchestration.diagnosis.fit.fitting import FitPoint, Fitter, bounded_step
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.verdict import fitted_part
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 
 
@@ -23,7 +27,7 @@ class Parabola(Fitter):
         self.problem = cast("Problem", SimpleNamespace(calibrated=(number,), out_of_time=lambda: False))
         self.weight, self.asked, self.least, self.count = weight, [start], least, 1
 
-    def at(self, freed: Sequence[FreeNumber], theta: Any) -> FitPoint:
+    def at(self, freed: Sequence[FreeNumber], theta: Any, every: bool = True) -> FitPoint:
         self.asked.append(float(theta[0]))
         away = self.least - theta[0]
         gram = np.array([[self.weight]])
@@ -77,10 +81,10 @@ def test_what_changes_nothing_stays_where_it_is() -> None:
 class Cliff(Parabola):
     """The same, where nothing can be simulated below 0.3."""
 
-    def at(self, freed: Sequence[FreeNumber], theta: Any) -> FitPoint:
+    def at(self, freed: Sequence[FreeNumber], theta: Any, every: bool = True) -> FitPoint:
         if theta[0] < 0.3:
             raise NotSimulatedError("Machine: column: not finite")
-        return super().at(freed, theta)
+        return super().at(freed, theta, every)
 
 
 def test_values_with_which_nothing_can_be_simulated_are_kept_away_from() -> None:
@@ -104,3 +108,16 @@ def test_pairs_promise_the_same_however_large_a_candidates_unit_is() -> None:
         return list(neighbours.pairs())
 
     assert pairs([1, 1e100, 1, 1e120, 1e-100]) == pairs([1, 1, 1, 1, 1])
+
+
+def test_a_fit_knows_the_derivatives_by_every_slot_though_its_steps_need_those_of_its_own_numbers() -> None:
+    """What similar sets of causes promise is told from them; on the way there they would only take time."""
+    problem = Problem(fitted_part(read([wl.hide({"joint_resistance": 0.3}, seed=5)])))
+    fitter = Fitter(problem, [NoiseModel(0.05)] * len(problem.variables))
+    fit = fitter.fit([item for item in problem.items if item.title == "joint_resistance"])
+    z = problem.values(0, fit.freed, fit.theta)
+    (_, every), (_, own) = problem.predict(0, z), problem.predict(0, z, fit.freed)
+    slots = list(fit.freed[0].slots)
+    np.testing.assert_allclose(own[:, :, slots], every[:, :, slots], rtol=1e-9, atol=1e-12)
+    assert not np.delete(own, slots, axis=2).any()
+    np.testing.assert_array_equal(np.diag(fit.point.gram[0]) > 0, np.any(every != 0, axis=(0, 1)))
