@@ -206,13 +206,10 @@ def _judged(
 
 
 def latin_hypercube(study: Study, count: int) -> list[Point]:
-    """So many points spread over the bounds: along each axis one in each of `count` equal shares.
+    """So many points spread over the bounds: along each axis one in each of `count` equal shares."""
+    from scipy.stats import qmc
 
-    They are those of `scipy.stats.qmc.LatinHypercube`, which takes a second to load.
-    """
-    draw = np.random.default_rng(study.seed)
-    within = draw.uniform(size=(count, len(study.axes)))
-    shares = (np.column_stack([draw.permutation(count) + 1 for _ in study.axes]) - within) / count
+    shares = qmc.LatinHypercube(len(study.axes), seed=study.seed).random(count)
     return [
         {axis.name: axis.at(float(at)) for axis, at in zip(study.axes, row, strict=True)} for row in shares
     ]
