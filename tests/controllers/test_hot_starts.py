@@ -87,7 +87,7 @@ QUICK = [
     ("observer", ("base", "middle", "tip"), HOUR),
     ("observer_drift", ALL, HOUR),
 ]
-PAUSES = (MINUTE, 5 * MINUTE, 25 * MINUTE, HOUR, 4 * HOUR, 12 * HOUR)
+PAUSES = (MINUTE, 10 * MINUTE, 25 * MINUTE, HOUR, 2 * HOUR, 12 * HOUR)
 WIDE = [each for law in LAWS for s in SETS for p in PAUSES if (each := (law, s, p)) not in QUICK]
 TABLE = [*QUICK, *(pytest.param(*each, marks=slow) for each in WIDE)]
 

@@ -17,6 +17,7 @@ from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native import fmu as native_fmu
 from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion
+from warmlink.fmus.packaging.python.fmu import build_python_fmus
 from warmlink.orchestration.check import fmu
 from warmlink.orchestration.check.cases import CASES
 from warmlink.orchestration.check.fmu import TIME_LIMIT, CheckResult, check_fmu
@@ -300,8 +301,9 @@ def test_an_archive_without_a_description_is_refused_in_a_sentence(tmp_path: Pat
 
 
 @pytest.mark.slow
-def test_a_python_fmu_needs_python_and_is_otherwise_sound(python_fmus: dict[str, Path]) -> None:
-    found = by_name(check_fmu(python_fmus["Heater"], cases=QUICK))
+def test_a_python_fmu_needs_python_and_is_otherwise_sound(tmp_path: Path) -> None:
+    (entry,) = (each for each in catalogue() if each.component.name == "Heater")
+    found = by_name(check_fmu(*build_python_fmus([entry], tmp_path), cases=QUICK))
     assert found["loads in a bare process"].verdict == "remark"
     assert "any other must load Python's library first" in found["loads in a bare process"].detail
     assert [r.name for r in found.values() if r.verdict == "fail"] == []
