@@ -211,7 +211,7 @@ def test_at_least_eight_effects_lie_outside_the_catalogue() -> None:
 def outside(name: str) -> Assessment:
     full = f"{name}:middle_temperature" if EFFECTS[name].per_channel else name
     with TemporaryDirectory() as folder:
-        return assessed(Path(folder), sized(full), seed=16)
+        return assessed(Path(folder), sized(full), interval=20.0, seed=16)
 
 
 @pytest.mark.slow

@@ -68,11 +68,10 @@ WORK = [
 ]
 
 
-@pytest.mark.parametrize("share", [0.06, 0.1])
-def test_what_the_fitted_rows_contradict_is_not_claimed(tmp_path: Path, share: float) -> None:
+def test_what_the_fitted_rows_contradict_is_not_claimed(tmp_path: Path) -> None:
     """A thermometer of the room sees the shaft too, and a room that drifts and wanders was named."""
     columns = hide({}, [Segment(*each) for each in WORK], seed=26, at_changes=True)
-    columns["ambient_temperature [degC]"] += share * (columns["shaft_temperature [degC]"] - 22.0)
+    columns["ambient_temperature [degC]"] += 0.1 * (columns["shaft_temperature [degC]"] - 22.0)
     write_csv(columns, tmp_path / "run.csv")
     found = diagnose_experiment(read([tmp_path / "run.csv"]))
     assert found.verdict in ("empirical", "unknown")

@@ -22,7 +22,7 @@ from warmlink.orchestration.scenarios.duties.duty import Segment, length
 
 TEMPERATURES = ("shaft", "winding", "base", "middle", "tip")
 DUTY = list(INFORMATIVE)
-SHORT = [replace(segment, duration=segment.duration / 3) for segment in DUTY]
+SHORT = [replace(segment, duration=segment.duration / 6) for segment in DUTY]
 
 
 def far_apart(a: Course, b: Course) -> tuple[float, float]:

@@ -9,7 +9,9 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, about_effects, effect_of, with_changes
 from warmlink.orchestration.diagnosis.practice.hidden import Truth
@@ -193,6 +195,12 @@ def test_a_folder_that_is_not_there_is_a_sentence() -> None:
         write_csv({"time [s]": np.arange(3.0)}, Path("absent/run.csv"))
 
 
+@pytest.fixture(scope="module")
+def adequate() -> Diagnosis:
+    """Of a run in which nothing is hidden."""
+    return diagnose_experiment(read([pd.DataFrame(hide({}, STILL, seed=0))]))
+
+
 @pytest.mark.parametrize(
     "where",
     [
@@ -204,15 +212,16 @@ def test_a_folder_that_is_not_there_is_a_sentence() -> None:
     ],
 )
 def test_what_a_diagnosis_found_is_told_though_it_cannot_be_written(
-    where: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    where: str, adequate: Diagnosis, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_csv(hide({}, STILL, seed=0), Path("run.csv"))
+    monkeypatch.setattr("warmlink.orchestration.diagnosis.diagnose.diagnose_experiment", lambda *_: adequate)
     monkeypatch.setattr("warmlink.orchestration.fmu_store.FmuStore.files", lambda *arguments: {})
     monkeypatch.setattr(f"{FOLDER}.write_ssp_of", lambda *arguments: None)
     monkeypatch.setattr(where, full)
     code, out, err = ended(["diagnose", "run.csv", "--out", "found"], monkeypatch, capsys)
     assert code == 2
-    assert "run: adequate" in out
+    assert ": adequate" in out
     assert "found: cannot be written" in err
     if "mkdtemp" not in where:
         assert "only the answer above is left" in err
