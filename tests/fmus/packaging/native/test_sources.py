@@ -18,6 +18,7 @@ from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.packaging.native import compile as compiling
 from warmlink.fmus.packaging.native.compile import (
     PLATFORMS,
+    SMALL_PLATFORMS,
     Compiler,
     compilers,
     host_platform,
@@ -253,6 +254,16 @@ def test_a_universal_binary_holds_its_libraries_at_page_boundaries() -> None:
         assert processor == struct.unpack_from("<I", library, 4)[0]
     with pytest.raises(ValueError, match="thin"):
         universal_binary([b"\x7fELF" + bytes(20)])
+
+
+@pytest.mark.parametrize("platform", [*PLATFORMS, *SMALL_PLATFORMS])
+def test_what_stands_beside_a_library_is_there_also_where_zig_is_not(
+    platform: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: object())
+    for found in compilers([(PLATFORMS | SMALL_PLATFORMS)[platform]]):
+        assert all((compiling._SOURCES / name).is_file() for name in found.beside)
+        assert bool(found.beside) == platform.endswith("-windows")
 
 
 def test_what_is_compiled_for_a_browser_asks_nothing_of_it() -> None:
