@@ -6,6 +6,9 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 
+_NOTHING = 1e-9
+"""Change of all residuals together, in standard deviations, that is one of rounding alone."""
+
 
 def correlation_of(gram: Array) -> tuple[Array, Array]:
     """A Gram matrix with every column at unit length, shape (n, n), and the lengths, shape (n,)."""
@@ -32,3 +35,25 @@ def orthonormal(columns: Array, least: float = 1e-7) -> Array:
     size = np.linalg.norm(columns, axis=0)
     scaled = columns[:, size > 0] / size[size > 0]
     return np.asarray(orth(scaled, rcond=least)) if scaled.size else np.zeros((len(columns), 0))
+
+
+def bounded_step(gram: Array, gradient: Array, lower: Array, upper: Array) -> tuple[Array, float]:
+    """Step that minimises the linearised chi-square between bounds, and the decrease it promises."""
+    correlation, scale = correlation_of(gram)
+    # What changes nothing over its whole range, even if unbounded, stays where it is.
+    alive = np.sqrt(np.diag(gram)) * np.minimum(upper - lower, 1e150) > _NOTHING
+    matrix = correlation + 1e-11 * np.eye(scale.size)
+    matrix[~alive, :] = 0.0
+    matrix[:, ~alive] = 0.0
+    matrix[~alive, ~alive] = 1.0
+    target = np.where(alive, gradient / scale, 0.0)
+    step = np.linalg.solve(matrix, target)
+    low, high = lower * scale, upper * scale
+    if np.any(step < low) or np.any(step > high):
+        from scipy.optimize import lsq_linear
+
+        factor = np.linalg.cholesky(matrix + 1e-12 * np.eye(target.size))
+        room = low, np.where(high > low, high, low + 1e-12)
+        step = lsq_linear(factor.T, np.linalg.solve(factor, target), room, method="bvls").x.clip(low, high)
+    decrease = float(2 * target @ step - step @ correlation @ step)
+    return step / scale, decrease

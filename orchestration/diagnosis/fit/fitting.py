@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of
+from warmlink.orchestration.diagnosis.fit.algebra import bounded_step, inverse_of
 from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber, Item
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -30,9 +30,6 @@ _SMALL, _SHARE = 0.2, 1e-3
 
 _SETTLED = 5.0
 """Decrease of chi-square from which on a step that does as it promised is the last one."""
-
-_NOTHING = 1e-9
-"""Change of all residuals together, in standard deviations, that is one of rounding alone."""
 
 
 Numbers = Sequence[FreeNumber]
@@ -306,25 +303,3 @@ class Fitter:
 def _bounds(freed: Numbers) -> Array:
     """Lower bounds, upper bounds and starting values, shape (3, numbers)."""
     return np.array([(f.lower, f.upper, f.start) for f in freed]).reshape(-1, 3).T
-
-
-def bounded_step(gram: Array, gradient: Array, lower: Array, upper: Array) -> tuple[Array, float]:
-    """Step that minimises the linearised chi-square between bounds, and the decrease it promises."""
-    correlation, scale = correlation_of(gram)
-    # What changes nothing over its whole range, even if unbounded, stays where it is.
-    alive = np.sqrt(np.diag(gram)) * np.minimum(upper - lower, 1e150) > _NOTHING
-    matrix = correlation + 1e-11 * np.eye(scale.size)
-    matrix[~alive, :] = 0.0
-    matrix[:, ~alive] = 0.0
-    matrix[~alive, ~alive] = 1.0
-    target = np.where(alive, gradient / scale, 0.0)
-    step = np.linalg.solve(matrix, target)
-    low, high = lower * scale, upper * scale
-    if np.any(step < low) or np.any(step > high):
-        from scipy.optimize import lsq_linear
-
-        factor = np.linalg.cholesky(matrix + 1e-12 * np.eye(target.size))
-        room = low, np.where(high > low, high, low + 1e-12)
-        step = lsq_linear(factor.T, np.linalg.solve(factor, target), room, method="bvls").x.clip(low, high)
-    decrease = float(2 * target @ step - step @ correlation @ step)
-    return step / scale, decrease

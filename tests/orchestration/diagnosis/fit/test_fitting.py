@@ -9,9 +9,9 @@ import pytest
 
 import warmlink as wl
 from warmlink.orchestration.diagnosis.diagnose import read
-from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
+from warmlink.orchestration.diagnosis.fit.algebra import bounded_step, orthonormal
 from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber
-from warmlink.orchestration.diagnosis.fit.fitting import FitPoint, Fitter, bounded_step
+from warmlink.orchestration.diagnosis.fit.fitting import FitPoint, Fitter
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem

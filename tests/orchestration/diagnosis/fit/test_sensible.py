@@ -40,7 +40,7 @@ def test_disorder_is_near_0_of_a_smooth_course_and_near_1_of_rows_in_random_orde
 
 def measured(readings: np.ndarray, course: np.ndarray, unit: str, monkeypatch: pytest.MonkeyPatch) -> Any:
     """An experiment of one run, of one column in a unit, and what it would read as the system stands."""
-    simulated = SimpleNamespace(neutral=[None], variables=["x"], predict=lambda i, v: (course[:, None], None))
+    simulated = SimpleNamespace(neutral=[None], variables=["x"], predict=lambda *_: (course[:, None], None))
     fitted = np.ones(readings.size, bool)
     run = SimpleNamespace(name="run", heldout=False, fitted=fitted, readings={"x": readings})
     monkeypatch.setattr(sensible, "Problem", lambda experiment: simulated)
