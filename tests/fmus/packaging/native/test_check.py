@@ -276,15 +276,6 @@ def test_an_fmu_for_other_platforms_is_not_run(native_fmu: BuildNative, tmp_path
     assert {result.verdict for result in found.values()} == {"pass", "skip"}
 
 
-def test_an_fmu_without_a_library_fails(native_fmu: BuildNative, tmp_path: Path) -> None:
-    def strip(files: dict[str, bytes]) -> None:
-        for name in [name for name in files if name.startswith("binaries/")]:
-            del files[name]
-
-    found = by_name(check_fmu(rewritten(native_fmu(NAME, "2.0"), tmp_path / "bare.fmu", strip)))
-    assert found["platforms inside"].verdict == "fail"
-
-
 @pytest.mark.parametrize("content", [b"no archive", None])
 def test_what_is_no_fmu_is_refused_in_a_sentence(content: bytes | None, tmp_path: Path) -> None:
     path = tmp_path / "x.fmu"
