@@ -16,7 +16,6 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run, over_steps
 from warmlink.orchestration.diagnosis.data.start import at_start
 from warmlink.orchestration.diagnosis.model.integrator import Courses
-from warmlink.orchestration.diagnosis.model.memory import keep_memory
 from warmlink.orchestration.machine.rig import SCALE, Rig
 
 PAD_OFF = 0
@@ -50,7 +49,6 @@ class Simulation(ABC):
     """
 
     def __init__(self, rig: Rig, slots: Sequence[str], run: Run, known: Mapping[str, float]) -> None:
-        keep_memory()
         self.rig, self.slots, self.run = rig, tuple(slots), run
         self._known, self._table = known, input_table(rig, run, known)
 
