@@ -18,7 +18,7 @@ from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.write import PARAMETER_SET, write_ssp
 
-STEPS = 240
+STEPS = 600
 WATCHED = (
     "link.elongation",
     "compensator.correction",
@@ -36,7 +36,7 @@ def cell(request: pytest.FixtureRequest) -> System:
     law = controller("lag")
     files = FmuStore(request.param).files(WARMUP_CELL.parts_with(law.name).values())
     duty = load_scenario("stop_and_go").duty.component_parameters
-    duty |= {"duration[1]": 100.0, "duration[2]": 60.0}
+    duty |= {"duration[1]": 200.0, "duration[2]": 150.0}
     return WARMUP_CELL.system(files, law.name, {"duty": duty})
 
 
@@ -75,5 +75,5 @@ def test_ecos_agrees(cell: System, ssp: Path, ours: np.ndarray) -> None:
 
 
 def test_the_run_is_no_triviality(ours: np.ndarray) -> None:
-    assert ours[-1, 0] > 2000 * TOLERANCE[0]
+    assert ours[-1, 0] > 5e-6
     assert np.ptp(ours[:, 2]) > 1e-6

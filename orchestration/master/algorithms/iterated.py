@@ -29,9 +29,7 @@ _REMEMBERED = 3
 """Past communication points, enough for a parabola."""
 
 FARTHEST = 1e8
-"""Multiple of its nominal value, or of where it began, beyond which a value has run away.
-
-Any difference is small beside it."""
+"""Multiple of its nominal value, or of where it began, beyond which a value has run away."""
 
 DIFFERENCE = 1e-6  # of the nominal value
 

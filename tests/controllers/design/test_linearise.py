@@ -1,5 +1,7 @@
 """Any component as a linear state space of python-control."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -54,5 +56,6 @@ def test_slopes_by_what_a_component_has_not_are_refused() -> None:
 
 
 def test_only_a_component_is_linearised() -> None:
+    nothing: Any = None
     with pytest.raises(InputError, match="component=None: is no component"):
-        linearise(None)  # type: ignore[arg-type]
+        linearise(nothing)

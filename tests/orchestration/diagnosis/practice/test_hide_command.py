@@ -196,9 +196,11 @@ def test_a_folder_that_is_not_there_is_a_sentence() -> None:
 
 
 @pytest.fixture(scope="module")
-def adequate() -> Diagnosis:
+def adequate(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     """Of a run in which nothing is hidden."""
-    return diagnose_experiment(read([pd.DataFrame(hide({}, STILL, seed=0))]))
+    path = tmp_path_factory.mktemp("adequate") / "run.csv"
+    write_csv(hide({}, STILL, seed=0), path)
+    return diagnose_experiment(read([path]))
 
 
 @pytest.mark.parametrize(
@@ -221,7 +223,7 @@ def test_what_a_diagnosis_found_is_told_though_it_cannot_be_written(
     monkeypatch.setattr(where, full)
     code, out, err = ended(["diagnose", "run.csv", "--out", "found"], monkeypatch, capsys)
     assert code == 2
-    assert ": adequate" in out
+    assert "run: adequate" in out
     assert "found: cannot be written" in err
     if "mkdtemp" not in where:
         assert "only the answer above is left" in err

@@ -11,6 +11,7 @@
 #include "fmi2Functions.h"
 #include "identity.h"
 #include "model.h"
+#include "moved.h"
 
 static int faults, lines;
 
@@ -38,19 +39,12 @@ static void logger(fmi2ComponentEnvironment env, fmi2String name, fmi2Status sta
 static void move_inputs(fmi2Component instance, int index)
 {
     for (unsigned i = FIRST_INPUT; (int)i < FIRST_OUTPUT; i++) {
-        const Variable *variable = &WL(variables)[i];
-        double value = variable->start;
-        if (variable->kind == REAL) {
-            value += 0.37 * ((index * 5 + (int)i * 3) % 7);
-            if ((variable->flags & HAS_MAXIMUM) && value > variable->maximum)
-                value = variable->maximum;
-            if ((variable->flags & ACCEPTS_NAN) && index % 5 == 4)
-                value = NAN;
+        int kind = WL(variables)[i].kind;
+        if (kind == REAL) {
+            double value = moved_real((int)i, index);
             EXPECT(fmi2SetReal(instance, &i, 1, &value) == fmi2OK);
-        } else if (variable->kind == INTEGER || variable->kind == ENUMERATION) {
-            int whole = (variable->flags & HAS_MAXIMUM) ? index % (1 + (int)variable->maximum) : index % 3;
-            if ((variable->flags & HAS_MINIMUM) && whole < variable->minimum)
-                whole = (int)variable->minimum;
+        } else if (kind == INTEGER || kind == ENUMERATION) {
+            int whole = moved_whole((int)i, index);
             EXPECT(fmi2SetInteger(instance, &i, 1, &whole) == fmi2OK);
         } else {
             fmi2Boolean truth = index % 2;

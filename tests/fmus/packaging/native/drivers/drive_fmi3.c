@@ -8,6 +8,7 @@
 #include "fmi3Functions.h"
 #include "identity.h"
 #include "model.h"
+#include "moved.h"
 
 static int faults, lines, updates;
 static fmi3Instance driven;
@@ -30,25 +31,18 @@ static void logger(fmi3InstanceEnvironment env, fmi3Status status, fmi3String ca
 static void move_inputs(int index)
 {
     for (unsigned i = FIRST_INPUT; (int)i < FIRST_OUTPUT; i++) {
-        const Variable *variable = &WL(variables)[i];
-        double value = variable->start;
-        if (variable->kind == REAL) {
-            value += 0.37 * ((index * 5 + (int)i * 3) % 7);
-            if ((variable->flags & HAS_MAXIMUM) && value > variable->maximum)
-                value = variable->maximum;
-            if ((variable->flags & ACCEPTS_NAN) && index % 5 == 4)
-                value = NAN;
+        int kind = WL(variables)[i].kind;
+        if (kind == REAL) {
+            double value = moved_real((int)i, index);
             EXPECT(fmi3SetFloat64(driven, &i, 1, &value, 1) == fmi3OK);
-        } else if (variable->kind == BOOLEAN) {
+        } else if (kind == BOOLEAN) {
             bool truth = index % 2;
             EXPECT(fmi3SetBoolean(driven, &i, 1, &truth, 1) == fmi3OK);
         } else {
-            int32_t whole = (variable->flags & HAS_MAXIMUM) ? index % (1 + (int)variable->maximum) : index % 3;
-            if ((variable->flags & HAS_MINIMUM) && whole < variable->minimum)
-                whole = (int)variable->minimum;
+            int32_t whole = moved_whole((int)i, index);
             int64_t wide = whole;
-            EXPECT((variable->kind == INTEGER ? fmi3SetInt32(driven, &i, 1, &whole, 1)
-                                              : fmi3SetInt64(driven, &i, 1, &wide, 1)) == fmi3OK);
+            EXPECT((kind == INTEGER ? fmi3SetInt32(driven, &i, 1, &whole, 1)
+                                    : fmi3SetInt64(driven, &i, 1, &wide, 1)) == fmi3OK);
         }
     }
 }
